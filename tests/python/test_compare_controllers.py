@@ -94,6 +94,6 @@ def test_the_flux_error_is_half_of_its_range_by_its_middle() -> None:
 def test_every_method_has_its_place_wherever_methods_are_listed() -> None:
     methods = Results.load(ROOT / "docs/controllers.json").methods
     assert set(methods) == set(controller_cost.instructions()) == set(speed.METHODS)
-    for page in ("docs/configuration.md", "docs/control.md", "scripts/studies/controllers/page.md"):
+    for page in ("docs/configuration.md", "docs/control.md", "docs/controllers.md"):
         text = (ROOT / page).read_text(encoding="utf-8")
         assert not [method for method in methods if method not in text], page

@@ -260,8 +260,8 @@ def test_the_page_has_the_figures_of_its_results_and_every_picture(tmp_path: Pat
     assert "| **silently wrong** | 1 | 1 | 0 |" in page
     assert "drive foc: no point is silently wrong." in page
     assert "from `paper.json`, `shipped.json`, `foc.json` (" in page
-    assert "drive paper: at worst -2.0 % of the analytic torque, motoring" in page
-    assert "15.1 (ripple 9)" in page
+    assert "At worst -2.0 %: drive paper, motoring" in page
+    assert "15.1/9" in page
 
 
 def test_the_counts_of_the_guarantees_are_those_of_their_sets_and_speeds() -> None:

@@ -11,17 +11,17 @@ from sextant_py.paths import ROOT
 from studies import json_file, page
 from studies.origin import Origin
 
-from .figure import NOT_MEASURED, PUBLISHED, Figure
+from .figure import MISSED, NOT_MEASURED, PUBLISHED, Figure
 
 FORMAT = 3
 PAGE = ROOT / "docs" / "performance.md"
 IMAGES = ROOT / "docs" / "images"
 PLOTS = {"growth": "growth.png", "live": "latency.png"}  # by stage, in the folder beside the results
-PERCENTILES = ("p50_us", "p99_us", "p99.9_us", "p99.99_us")
+PERCENTILES = ("p50_us", "p99_us", "p99.9_us")
+WITHOUT_TARGET = ("control", "growth", "instructions")  # stages whose figures without a target the page shows too
 LATENCY = (
     "\n\n![Wake-up latency beside cyclictest, and command to gate](images/latency.png)\n\n"
-    "*Left: the part of the wake-ups later than so many microseconds. Right: the same for the time from the arrival"
-    " of a command's frame, as the kernel stamped it, to the first gate pattern decided with it.*"
+    "*The part of the wake-ups, and of the times from a command's frame to its first gate pattern, that take longer.*"
 )
 
 
@@ -86,17 +86,17 @@ def terminal(stages: Stages) -> str:
 
 
 def figure_rows(stages: Stages) -> tuple[list[tuple], list[tuple]]:
-    """Of the figures that were measured: those with a target, those without."""
+    """Of the figures that were measured: those with a target, and those without that the page shows."""
     with_target, without = [], []
     for name, stage in stages.items():
         for f in stage.figures:
-            measure = f"{f.measure} ({f.note})" if f.note else f.measure
+            measure = f"{f.measure} ({f.note})" if f.note and f.verdict == MISSED else f.measure
             target, shown = (text.replace(" x", " ×") for text in (f.target, f.shown))
             if f.verdict == NOT_MEASURED:
                 continue
             if f.target:
                 with_target.append((measure, target, shown, f.verdict, f"`{name}`"))
-            else:
+            elif name in WITHOUT_TARGET:
                 without.append((measure, shown if f.verdict == PUBLISHED else f.verdict, f"`{name}`"))
     return with_target, without
 
@@ -104,11 +104,11 @@ def figure_rows(stages: Stages) -> tuple[list[tuple], list[tuple]]:
 def latency(stages: Stages) -> str:
     """The distributions; empty where there are none."""
     rows = [
-        (text, summary["count"], *(f"{summary[key]:.3g}" for key in PERCENTILES), f"{summary['max_us']:.4g}")
+        (text, *(f"{summary[key]:.3g}" for key in PERCENTILES), f"{summary['max_us']:.4g}")
         for stage in stages.values()
         for text, summary in stage.distributions.items()
     ]
-    head = ("[µs]", "samples", "median", "99 %", "99.9 %", "99.99 %", "longest")
+    head = ("[µs]", "median", "99 %", "99.9 %", "longest")
     return page.table(head, rows) + LATENCY if rows else ""
 
 

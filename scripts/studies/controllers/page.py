@@ -4,16 +4,14 @@ from collections.abc import Callable
 from pathlib import Path
 
 from studies.page import table
-from studies.torque_map.drive import SENSORS
 
 from . import cost, figures
-from .cases import BEST, DETUNED, LOW_SPEED, NYCC_S, OPTIMA, REFERENCE, SWITCHING_HZ
+from .cases import BEST, DETUNED, LOW_SPEED, OPTIMA, REFERENCE, SWITCHING_HZ
 from .measure import Record, Results
 
 TEMPLATE = Path(__file__).with_name("page.md")
 Value = Callable[[str], object]
-SHORT = ("sampling", "switching", "sampling_worst", "switching_worst", "start")  # what --quick measures
-EVENTS_PER_HZ = 6 * NYCC_S  # commutations of three legs over the cycle, two a switching period
+SHORT = ("sampling", "switching", "start")  # what --quick measures
 
 
 def figure(value: float | None, digits: int = 2) -> str:
@@ -24,7 +22,9 @@ def _by_method(results: Results, rows: list[tuple[str, Value]]) -> str:
     return table(("", *results.methods), ((title, *(value(m) for m in results.methods)) for title, value in rows))
 
 
-def _at_reference(results: Results, section: str) -> str:
+def _section(results: Results, section: str) -> str:
+    """At the reference point, and the worst over all points whose torque is available."""
+
     def of(name: str, digits: int, scale: float = 1.0) -> Value:
         def value(method: str) -> str:
             found = results.metric(section, method, REFERENCE, name)
@@ -32,45 +32,27 @@ def _at_reference(results: Results, section: str) -> str:
 
         return value
 
-    period: Value = (lambda m: f"{results.periods_us[m]:g}") if section == "switching" else (lambda _: "25")
-    return _by_method(
-        results,
-        [
-            ("control period [µs]", period),
-            ("torque ripple, RMS [N·m]", of("torque_ripple_rms_nm", 2)),
-            ("torque ripple, peak to peak [N·m]", of("torque_ripple_pp_nm", 2)),
-            ("bias of the mean torque [N·m]", of("torque_bias_nm", 3)),
-            ("95 % of the step after [ms]", of("response_time_ms", 2)),
-            ("switching frequency [kHz]", of("switching_frequency_hz", 1, 1e-3)),
-            ("current THD [%]", of("current_thd_percent", 2)),
-        ],
-    )
-
-
-def _worst(results: Results, section: str) -> str:
-    """Over all points whose torque is available."""
-
-    def of(extreme: Callable, name: str, digits: int) -> Value:
+    def worst(name: str, digits: int) -> Value:
         def value(method: str) -> str:
             records = [r for r in results.of(section, method) if not r.reason and is_available(r)]
-            values = [r.metrics[name] for r in records if r.metrics.get(name) is not None]
-            return figure(extreme(values), digits) if values else "–"
+            values = [abs(r.metrics[name]) for r in records if r.metrics.get(name) is not None]
+            return figure(max(values), digits) if values else "–"
 
         return value
 
-    def mean(values: list[float]) -> float:
-        return sum(values) / len(values)
-
-    return _by_method(
-        results,
-        [
-            ("torque ripple, RMS, mean [N·m]", of(mean, "torque_ripple_rms_nm", 2)),
-            ("torque ripple, RMS, worst [N·m]", of(max, "torque_ripple_rms_nm", 2)),
-            ("bias of the mean torque, worst [N·m]", of(lambda v: max(map(abs, v)), "torque_bias_nm", 3)),
-            ("switching frequency, least [kHz]", lambda m: _kilohertz(results, section, m, min)),
-            ("switching frequency, most [kHz]", lambda m: _kilohertz(results, section, m, max)),
-        ],
-    )
+    rows: list[tuple[str, Value]] = [
+        ("torque ripple, RMS [N·m]", of("torque_ripple_rms_nm", 2)),
+        ("torque ripple, peak to peak [N·m]", of("torque_ripple_pp_nm", 2)),
+        ("torque ripple, RMS, worst [N·m]", worst("torque_ripple_rms_nm", 2)),
+        ("bias of the mean torque, worst [N·m]", worst("torque_bias_nm", 3)),
+        ("95 % of the step after [ms]", of("response_time_ms", 2)),
+        ("switching frequency [kHz]", of("switching_frequency_hz", 1, 1e-3)),
+        ("… least and most [kHz]", lambda m: _kilohertz(results, section, m)),
+        ("current THD [%]", of("current_thd_percent", 2)),
+    ]
+    if section == "switching":
+        return _by_method(results, [("control period [µs]", lambda m: f"{results.periods_us[m]:g}"), *rows])
+    return _by_method(results, [*rows, *_low_speed(results)])
 
 
 def is_available(record: Record) -> bool:
@@ -81,9 +63,10 @@ def is_available(record: Record) -> bool:
     return published is not None and abs(torque) < published
 
 
-def _kilohertz(results: Results, section: str, method: str, extreme: Callable) -> str:
+def _kilohertz(results: Results, section: str, method: str) -> str:
     values = [r.metrics.get("switching_frequency_hz") for r in results.of(section, method) if not r.reason]
-    return figure(extreme(v for v in values if v is not None) / 1e3, 1)
+    found = [value / 1e3 for value in values if value is not None]
+    return f"{figure(min(found), 1)}–{figure(max(found), 1)}" if found else "–"
 
 
 def _starts(results: Results) -> str:
@@ -101,40 +84,36 @@ def _starts(results: Results) -> str:
 
 
 def _detuned(results: Results) -> str:
+    """Each wrong parameter with ideal sensors, and exact ones with real sensors."""
+    cases = [(name, "ideal") for name in DETUNED] + [(next(iter(DETUNED)), "real")]
     rows = [
         (
             f"{name}, {sensors} sensors",
-            lambda m, what=(name, sensors): " / ".join(
+            lambda m, what=(name, sensors): "/".join(
                 figure(results.metric("detuned", m, what, metric), 2)
                 for metric in ("torque_bias_nm", "torque_ripple_rms_nm")
             ),
         )
-        for name in DETUNED
-        for sensors in SENSORS
+        for name, sensors in cases
     ]
     return _by_method(results, rows)
 
 
-def _low_speed(results: Results) -> str:
+def _low_speed(results: Results) -> list[tuple[str, Value]]:
     """Over the points up to LOW_SPEED with torque, and 10 s at standstill."""
 
-    def points(method: str) -> list[Record]:
-        return [r for r in results.of("sampling", method) if abs(r.what[0]) <= LOW_SPEED and is_available(r)]
+    def worst(method: str, of: Callable[[Record], float]) -> str:
+        points = [r for r in results.of("sampling", method) if abs(r.what[0]) <= LOW_SPEED and is_available(r)]
+        return figure(max(map(of, points), default=None))
 
-    def flux_deviation(method: str) -> str:
-        return figure(100 * max(flux_error(r) for r in points(method)), 2)
-
-    return _by_method(
-        results,
-        [
-            ("torque ripple, RMS, worst [N·m]", lambda m: figure(max(ripple(r) for r in points(m)))),
-            ("stator flux, worst deviation [%]", flux_deviation),
-            (
-                "15 N·m at standstill for 10 s: ripple, RMS [N·m]",
-                lambda m: figure(results.metric("standstill", m, (), "torque_ripple_rms_nm")),
-            ),
-        ],
-    )
+    return [
+        ("low speed: torque ripple, RMS, worst [N·m]", lambda m: worst(m, ripple)),
+        ("low speed: stator flux, worst deviation [%]", lambda m: worst(m, lambda r: 100 * flux_error(r))),
+        (
+            "15 N·m at standstill for 10 s: ripple, RMS [N·m]",
+            lambda m: figure(results.metric("standstill", m, (), "torque_ripple_rms_nm")),
+        ),
+    ]
 
 
 def ripple(record: Record) -> float:
@@ -153,23 +132,24 @@ def _paper(results: Results) -> str:
     def value(method: str, scenario: str) -> str:
         names = ("torque_error_rms_nm", "response_time_ms", "peak_current_a")
         found = (results.metric("paper", method, (scenario,), name) for name in names)
-        return " / ".join(figure(one, digits) for one, digits in zip(found, (2, 1, 0), strict=True))
+        return "/".join(figure(one, digits) for one, digits in zip(found, (2, 1, 0), strict=True))
 
     return _by_method(results, [(f"`{s}`", lambda m, s=s: value(m, s)) for s in scenarios])
 
 
 def _sensorless(results: Results) -> str:
-    records = {m: results.of("sensorless", m) for m in BEST if m in results.methods}
-    points = sorted({tuple(r.what) for found in records.values() for r in found})
+    """The worst of each method over the points."""
 
-    def value(method: str, point: tuple) -> str:
-        names = ("torque_bias_nm", "torque_ripple_rms_nm")
-        return " / ".join(figure(results.metric("sensorless", method, point, name)) for name in names)
+    def worst(method: str, name: str) -> str:
+        values = (r.metrics.get(name) for r in results.of("sensorless", method))
+        return figure(max((abs(value) for value in values if value is not None), default=None))
 
-    rows = (
-        (f"{speed:g} rad/s, {torque:g} N·m", *(value(m, (speed, torque)) for m in records)) for speed, torque in points
+    return "; ".join(
+        f"`{m}` is off by at most {worst(m, 'torque_bias_nm')} N·m, with a ripple of at most "
+        f"{worst(m, 'torque_ripple_rms_nm')} N·m RMS"
+        for m in BEST
+        if m in results.methods
     )
-    return table(("", *records), rows)
 
 
 def _cycle(results: Results) -> str:
@@ -180,10 +160,7 @@ def _cycle(results: Results) -> str:
         results,
         [
             ("torque error, RMS [N·m]", of("torque_error_rms_nm", 3)),
-            ("stator flux, least [Wb]", of("flux_min_wb", 3)),
-            ("stator flux, most [Wb]", of("flux_max_wb", 3)),
             ("switching frequency [kHz]", of("switching_frequency_hz", 1, 1e-3)),
-            ("switching events, of all legs [million]", of("switching_frequency_hz", 1, EVENTS_PER_HZ * 1e-6)),
             ("energy from the link [kJ]", of("energy_from_link_j", 1, 1e-3)),
             ("energy into the link [kJ]", of("energy_to_link_j", 1, 1e-3)),
             ("copper loss [kJ]", of("energy_copper_j", 1, 1e-3)),
@@ -235,12 +212,9 @@ def _cost(results: Results) -> str:
 
 def tables(results: Results) -> dict[str, str]:
     return {
-        "sampling": _at_reference(results, "sampling"),
-        "switching": _at_reference(results, "switching"),
-        "sampling_worst": _worst(results, "sampling"),
-        "switching_worst": _worst(results, "switching"),
+        "sampling": _section(results, "sampling"),
+        "switching": _section(results, "switching"),
         "start": _starts(results),
-        "low_speed": _low_speed(results),
         "paper": _paper(results),
         "detuned": _detuned(results),
         "sensorless": _sensorless(results),
@@ -267,7 +241,6 @@ def write(results: Results, docs: Path) -> list[Path]:
         torque=REFERENCE[1],
         kilohertz=SWITCHING_HZ // 1000,
         low=LOW_SPEED,
-        least_flux_optima=", ".join(f"`{name}`" for name in OPTIMA),
         runs=len(results.records),
         failed="; ".join(f"{r.method}, {r.section} {r.what}: {r.reason}" for r in failed) or "none",
         **tables(results),

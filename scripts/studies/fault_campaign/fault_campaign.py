@@ -20,7 +20,7 @@ from studies.torque_map.run import progress_of
 
 from . import false_trips, honest, library
 from . import file as fault_campaign_file
-from .page import fault_table, trip_table, write
+from .page import fault_table, trip_list, write
 
 PROGRAM = ROOT / "build" / "release" / "tests" / "bench" / "sextant_fault_campaign"
 PAGE = ROOT / "docs" / "fault_campaign.md"
@@ -142,7 +142,7 @@ def of_a_file(options: argparse.Namespace) -> int:
     plan = fault_campaign_file.cases(methods, options.seeds, campaign.sensors)
     found = campaign.run_all(plan, options.jobs, progress_of(len(plan), options.file.name, "fault_campaign"))
     hours = campaign.hours(methods, options.hours, options.jobs) if options.hours > 0 else []
-    print(fault_campaign_file.faults_table(found), trip_table(hours), sep="\n\n")
+    print(fault_campaign_file.faults_table(found), trip_list(hours), sep="\n\n")
     results = {"seeds": options.seeds, "runs": found, "hours": [one.to_json() for one in hours]}
     keep(results, work / f"{options.file.stem}.json")
     return verdict(found, hours)
@@ -195,7 +195,7 @@ def main(arguments: list[str]) -> int:
     mil = mil_program.find(options.mil) if options.hours > 0 else None
     faults = provoke(options)
     hours = drive(options, mil) if mil else []
-    print(fault_table(faults), trip_table(hours), sep="\n\n")
+    print(fault_table(faults), trip_list(hours), sep="\n\n")
     OUT.mkdir(parents=True, exist_ok=True)
     results = {"seeds": options.seeds, "faults": faults, "hours": [one.to_json() for one in hours]}
     json_file.write(OUT / "fault_campaign.json", results)

@@ -10,7 +10,8 @@ from studies.page import counted, put
 from . import false_trips
 from . import file as fault_campaign_file
 from .file import faults_table
-from .page import trip_table
+from .library import injections_table
+from .page import trip_list
 
 SEEDS = 1
 DRIVING = honest_drive.ORDINARY
@@ -47,7 +48,7 @@ def injections(found: Found) -> str:
 
 
 def tables(found: Found) -> str:
-    return "\n\n".join((injections(found), trip_table(found.hours)))
+    return "\n\n".join((injections(found), trip_list(found.hours)))
 
 
 def write(page: Path, found: Found, seeds: int) -> None:
@@ -56,5 +57,5 @@ def write(page: Path, found: Found, seeds: int) -> None:
     places = len(fault_campaign_file.PLACES)
     size = f"{counted(seeds, 'seed')} at {places} operating points: {counted(len(found.all_runs), 'run')}."
     text = put(text, "honest size", size)
-    text = put(text, "honest", injections(found))
-    page.write_text(put(text, "honest hours", trip_table(found.hours)), encoding="utf-8")
+    text = put(text, "honest", injections_table(found.all_runs, with_latest=True))
+    page.write_text(put(text, "honest hours", trip_list(found.hours)), encoding="utf-8")

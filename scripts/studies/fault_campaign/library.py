@@ -10,12 +10,12 @@ from sextant_py.sweep_file import toml_value
 
 from studies.machine_library.points import Machine, read_library
 from studies.page import counted, put, table
-from studies.plant_faults import HARMLESS, MISSED, NAMED, OTHERWISE, REFUSED
+from studies.plant_faults import KINDS, MISSED, NAMED, OTHERWISE, REFUSED
 
 from . import false_trips
 from . import file as fault_campaign_file
 from .file import STEADY
-from .page import trip_table
+from .page import trip_list
 
 MACHINES = ("marathon_quarter_hp", "motulator_2k2", "modelica_24k", "mathworks_215hp")
 PERIODS_US = (50, 125)
@@ -71,35 +71,38 @@ def driving(machine: Machine, hours: float, jobs: int, mil: Path, directory: Pat
     return found
 
 
-def injections_table(runs: list[dict]) -> str:
-    """By injection, over all machines, periods and methods."""
-    head = ("injection", "runs", NAMED, OTHERWISE, HARMLESS, MISSED, REFUSED, "tripped as")
+def injections_table(runs: list[dict], with_latest: bool = False) -> str:
+    """By injection, over all machines, periods and methods; refused runs where there are any."""
+    kinds = [kind for kind in KINDS if kind != REFUSED or any(one["kind"] == REFUSED for one in runs)]
     groups: dict[str, list[dict]] = {}
     for one in runs:
         groups.setdefault(one["name"], []).append(one)
     rows = []
     for name, own in groups.items():
+        counts = Counter(one["kind"] for one in own)
         seen = Counter(one["seen"] for one in own if one["kind"] in (NAMED, OTHERWISE))
-        rows.append((name, *_counts(own), ", ".join(f"{fault} {count}" for fault, count in seen.most_common()) or "–"))
-    return table(head, rows, left=(0, 7))
+        named = ", ".join(f"{fault} {count}" for fault, count in seen.most_common()) or "–"
+        late = [_latest(own)] if with_latest else []
+        rows.append((name, len(own), *(counts[kind] for kind in kinds), *late, named))
+    head = ("injection", "runs", *kinds, *(["latest [ms]"] if with_latest else []), "tripped as")
+    return table(head, rows, left=(0, len(head) - 1))
+
+
+def _latest(own: list[dict]) -> str:
+    late = max((one["late_ms"] for one in own if one["late_ms"] is not None), default=None)
+    return "–" if late is None else f"{late:.4g}"
 
 
 def methods_table(runs: list[dict]) -> str:
-    """Missed faults of those injected, and trips of runs without a fault, by machine, period and method."""
-    head = ("machine", "period", *(f"`{method}`" for method in METHODS))
-    groups: dict[tuple[str, int], list[dict]] = {}
+    """Missed faults of those injected, and trips of runs without a fault, by machine and method."""
+    groups: dict[str, list[dict]] = {}
     for one in runs:
-        groups.setdefault((one["machine"], one["period_us"]), []).append(one)
+        groups.setdefault(one["machine"], []).append(one)
     rows = [
-        (machine, f"{period_us} µs", *(_missed([one for one in own if one["method"] == method]) for method in METHODS))
-        for (machine, period_us), own in groups.items()
+        (machine, *(_missed([one for one in own if one["method"] == method]) for method in METHODS))
+        for machine, own in groups.items()
     ]
-    return table(head, rows, left=(0,))
-
-
-def _counts(own: list[dict]) -> list[int]:
-    counts = Counter(one["kind"] for one in own)
-    return [len(own), *(counts[kind] for kind in (NAMED, OTHERWISE, HARMLESS, MISSED, REFUSED))]
+    return table(("machine", *(f"`{method}`" for method in METHODS)), rows)
 
 
 def _missed(own: list[dict]) -> str:
@@ -107,13 +110,13 @@ def _missed(own: list[dict]) -> str:
     missed = sum(one["kind"] == MISSED for one in faulty)
     refused = sum(one["kind"] == REFUSED for one in own)
     tripped = sum(one["name"] == STEADY and one["kind"] == OTHERWISE for one in own)
-    text = f"{missed} of {len(faulty)}"
+    text = f"{missed}/{len(faulty)}"
     text += f", {tripped} false" if tripped else ""
     return text + (f", {refused} refused" if refused else "")
 
 
 def tables(found: Found) -> str:
-    return "\n\n".join((injections_table(found.runs), methods_table(found.runs), trip_table(found.hours)))
+    return "\n\n".join((injections_table(found.runs), methods_table(found.runs), trip_list(found.hours)))
 
 
 def write(page: Path, found: Found, seeds: int) -> None:
@@ -124,4 +127,4 @@ def write(page: Path, found: Found, seeds: int) -> None:
     )
     text = put(text, "library", injections_table(found.runs))
     text = put(text, "library methods", methods_table(found.runs))
-    page.write_text(put(text, "library hours", trip_table(found.hours)), encoding="utf-8")
+    page.write_text(put(text, "library hours", trip_list(found.hours)), encoding="utf-8")

@@ -18,15 +18,13 @@ def _time(ms: float) -> str:
 
 
 def fault_table(faults: list[dict]) -> str:
-    head = ("injection", "fault", "observable", "runs", "missed", "worst reaction", "bound", "since cause [ms]")
+    head = ("injection", "fault", "observable", "worst reaction", "bound", "since cause [ms]")
     rows = [
         (
             one["name"],
             one["fault"],
             one["observable"],
-            one["runs"],
-            one["missed"],
-            _time(one["reaction_ms"]),
+            _time(one["reaction_ms"]) + (f", **{one['missed']} missed**" if one["missed"] else ""),
             _time(one["bound_ms"]) + (" **late**" if one["late"] else ""),
             f"{one['since_cause_ms']:.4g}",
         )
@@ -35,33 +33,28 @@ def fault_table(faults: list[dict]) -> str:
     return table(head, rows, left=(0, 1, 2))
 
 
-def trip_table(hours: list[Hours]) -> str:
-    head = ("driving", "simulated [s]", "runs", "false trips", "faults")
-    rows = (
-        (
-            one.kind,
-            f"{one.simulated_s:.0f}",
-            one.runs,
-            sum(one.faults.values()),
-            ", ".join(f"{name} {count}" for name, count in sorted(one.faults.items())) or "none",
-        )
-        for one in hours
-    )
-    return table(head, rows, left=(0, 4))
+def trip_list(hours: list[Hours]) -> str:
+    """Driving without a fault, and what tripped in it."""
+    lines = []
+    for one in hours:
+        faults = ", ".join(f"{name} {count}" for name, count in sorted(one.faults.items()))
+        trips = f"**{counted(sum(one.faults.values()), 'false trip')}**: {faults}" if faults else "no trip"
+        lines.append(f"- {one.kind}: {one.simulated_s:.0f} s, {counted(one.runs, 'run')}, {trips}")
+    return "\n".join(lines)
 
 
 def write(page: Path, seeds: int, faults: list[dict], hours: list[Hours]) -> None:
     """Puts the tables into the page."""
-    runs, inside, trips = (sum(one[key] for one in faults) for key in ("runs", "runs_inside", "trips_inside"))
-    size = (
-        f"{counted(seeds, 'seed')} at 3 operating points, with ideal and with real sensors: {counted(runs, 'run')}.\n"
-    )
+    names = ("runs", "missed", "runs_inside", "trips_inside")
+    runs, missed, inside, trips = (sum(one[name] for one in faults) for name in names)
+    size = f"{counted(seeds, 'seed')} at 3 operating points, with ideal and with real sensors: {counted(runs, 'run')}, "
+    size += f"{missed} missed.\n"
     size += f"Just inside the limits: {inside} runs, {trips} trips."
     try:
         text = page.read_text(encoding="utf-8")
         text = put(text, "size", size)
         text = put(text, "faults", fault_table(faults))
-        text = put(text, "trips", trip_table(hours))
+        text = put(text, "trips", trip_list(hours))
         page.write_text(text, encoding="utf-8")
     except OSError as error:
         raise UserError(f"{page} cannot be written: {error.strerror}.") from None

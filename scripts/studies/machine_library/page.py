@@ -1,5 +1,6 @@
 """The page of the study over the library of machines, from its results."""
 
+import re
 from collections import Counter
 from collections.abc import Iterable
 from pathlib import Path
@@ -11,7 +12,7 @@ from studies.page import table
 
 from . import scenarios
 from .points import PERIODS_US
-from .results import OUTCOMES, REFUSED, RIGHT, TRIPPED, Results, causes, counts
+from .results import DERATED, OUTCOMES, REFUSED, RIGHT, TRIPPED, WRONG, Results, causes, counts
 
 TEMPLATE = Path(__file__).with_name("page.md")
 SHOWN = 20  # points that are listed
@@ -55,29 +56,61 @@ def causes_text(results: Results) -> str:
     return ", ".join(f"{name} {count}" for name, count in found.most_common()) or "none"
 
 
-def points_table(results: Results) -> str:
-    """Some of the points that are not right, spread over all of them."""
-    bad = results.not_right
-    if not bad:
-        return "None."
-    shown = [bad[n * len(bad) // min(SHOWN, len(bad))] for n in range(min(SHOWN, len(bad)))]
-    head = ("machine", "method", "µs", "sensors", "speed", "torque", "what")
-    rows = (
-        (o.machine, f"`{o.method}`", o.period_us, o.sensors, f"{o.speed:g}", f"{o.torque:g}", f"{o.kind}: {o.why}")
-        for o in shown
+def _spread(bad: list) -> list:
+    """Some of these, spread over all of them."""
+    return [bad[n * len(bad) // min(SHOWN, len(bad))] for n in range(min(SHOWN, len(bad)))]
+
+
+def examples_table(results: Results) -> str:
+    """Some of what is not right, of each scenario."""
+    rows = [
+        ("points", o.machine, f"`{o.method}`", o.period_us, f"{o.speed:g}, torque {o.torque:g}", f"{o.kind}: {o.why}")
+        for o in _spread(results.not_right)
+    ]
+    for name in scenarios.NAMES:
+        rows += [
+            (name, r["machine"], f"`{r['method']}`", r["period_us"], r["what"], f"{r['kind']}: {r['why']}")
+            for r in _spread(scenarios.not_right(row for row in results.scenarios if row["scenario"] == name))
+        ]
+    return (
+        table(("scenario", "machine", "method", "µs", "speed", "what"), rows, left=(0, 1, 2, 4, 5)) if rows else "None."
     )
-    return table(head, rows, left=(0, 1, 3, 6))
 
 
 def refusals_text(results: Results) -> str:
-    """Each sentence once, with the number of its points."""
-    found: dict[str, int] = {}
+    """Sentences that differ by their figures alone once, with the number of their points."""
+    found: dict[str, list[str]] = {}
     for one in results.outcomes:
         if one.kind == REFUSED:
             sentence = one.why.removeprefix(f"{one.machine}: ")
-            found[sentence] = found.get(sentence, 0) + 1
-    lines = [f"- {count}: {sentence}" for sentence, count in sorted(found.items(), key=lambda pair: -pair[1])[:SHOWN]]
-    return "\n".join(lines) or "None."
+            found.setdefault(re.sub(r"\d+(\.\d+)?", "…", sentence), []).append(sentence)
+    groups = sorted(found.values(), key=len, reverse=True)[:SHOWN]
+    return "\n".join(f"- {len(group)}: {group[0]}" for group in groups) or "None."
+
+
+def _cell(found: Counter) -> str:
+    return "/".join(
+        str(count) for count in (found[RIGHT], found[DERATED], found[REFUSED], found[TRIPPED] + found[WRONG])
+    )
+
+
+def overview_table(results: Results) -> str:
+    """Every scenario, by machine."""
+    points = counts(results.outcomes, lambda one: one.machine)
+    others = {
+        name: scenarios.counts(row for row in results.scenarios if row["scenario"] == name) for name in scenarios.NAMES
+    }
+    rows: list[tuple] = []
+    total = {name: Counter() for name in ("points", *others)}
+    for machine in results.machines:
+        own = {"points": points.get(machine["id"], Counter())}
+        own |= {name: found.get(machine["id"], Counter()) for name, found in others.items()}
+        for name, found in own.items():
+            total[name] += found
+        size = (f"{machine['power_w'] / 1e3:.3g}", f"{machine['voltage']:.0f}", machine["poles"])
+        rows.append((machine["name"], *size, *map(_cell, own.values()), own["points"]["needless"]))
+    rows.append(("**all**", "", "", "", *map(_cell, total.values()), total["points"]["needless"]))
+    return table(("machine", "kW", "V", "poles", *total, "without need"), rows)
 
 
 def _seen(rows: Iterable[dict]) -> str:
@@ -132,19 +165,6 @@ def scenario_table(results: Results, name: str) -> str:
     return table(("machine", name, *OUTCOMES), rows)
 
 
-def scenario_examples(results: Results, name: str) -> str:
-    """Some of those that are not right, spread over all of them."""
-    bad = scenarios.not_right(row for row in results.scenarios if row["scenario"] == name)
-    if not bad:
-        return "None."
-    shown = [bad[n * len(bad) // min(SHOWN, len(bad))] for n in range(min(SHOWN, len(bad)))]
-    rows = (
-        (row["machine"], f"`{row['method']}`", row["period_us"], row["what"], f"{row['kind']}: {row['why']}")
-        for row in shown
-    )
-    return table(("machine", "method", "µs", "speed", "what"), rows, left=(0, 1, 3, 4))
-
-
 def fields(results: Results) -> dict[str, str]:
     tripped = sum(one.kind == TRIPPED for one in results.outcomes)
     return {
@@ -154,16 +174,10 @@ def fields(results: Results) -> dict[str, str]:
         "points": str(len(results.outcomes)),
         "not_right": str(len(results.not_right)),
         "tripped": str(tripped),
-        "machines": machines_table(results),
-        "methods": methods_table(results),
-        "sensors": sensors_table(results),
         "causes": causes_text(results),
-        "examples": points_table(results),
+        "overview": overview_table(results),
+        "examples": examples_table(results),
         "refusals": refusals_text(results),
-        "faults": faults_table(results),
-        "names": names_table(results),
-        **{name: scenario_table(results, name) for name in scenarios.NAMES},
-        **{f"{name}_examples": scenario_examples(results, name) for name in scenarios.NAMES},
     }
 
 
@@ -178,7 +192,9 @@ def text(results: Results) -> str:
     if results.faults:
         parts += [names_table(results), faults_table(results)]
     for name in dict.fromkeys(row["scenario"] for row in results.scenarios):
-        parts += [scenario_table(results, name), scenario_examples(results, name)]
+        parts.append(scenario_table(results, name))
+    if results.scenarios:
+        parts.append(examples_table(results))
     return "\n\n".join(parts)
 
 

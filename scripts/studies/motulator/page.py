@@ -64,23 +64,29 @@ def _largest(results: Results) -> str:
 
 
 def _values(results: Results) -> str:
+    """At the point SHOWN, by quantity and period."""
+    records = [record for record in results.records if record.point == SHOWN]
     rows = []
-    for record in (record for record in results.records if record.point == SHOWN):
-        for quantity, (title, digits) in UNITS.items():
-            values = (getattr(record, drive)[quantity] for drive in ("equations", "sextant", "motulator"))
-            rows.append((f"{record.period_us:g} µs, {title}", *(f"{value:.{digits}f}" for value in values)))
-    return table(("", "equations", "Sextant", "motulator"), rows)
+    for quantity, (title, digits) in UNITS.items():
+        equations = f"{records[0].equations[quantity]:.{digits}f}" if records else "–"
+        drives = (getattr(record, drive)[quantity] for record in records for drive in ("sextant", "motulator"))
+        rows.append((title, equations, *(f"{value:.{digits}f}" for value in drives)))
+    periods = (f"{drive}, {record.period_us:g} µs" for record in records for drive in ("Sextant", "motulator"))
+    return table(("", "equations", *periods), rows)
 
 
-def _dynamics(results: Results) -> str:
+def _dynamics(results: Results, every: bool) -> str:
+    """Of every point, or of the point SHOWN alone."""
     rows = []
     for record in results.records:
+        if not every and record.point != SHOWN:
+            continue
         cells = []
         for name, digits in (("rise_ms", 2), ("overshoot_percent", 1), ("ripple_rms_nm", 2), ("ripple_pp_nm", 2)):
             cells.append(" / ".join(figure(getattr(record, drive)[name], digits) for drive in ("sextant", "motulator")))
-        rows.append((*_of(record), *cells))
+        rows.append((*(_of(record) if every else _of(record)[:1]), *cells))
     head = ("95 % of the step after [ms]", "overshoot [%]", "ripple, RMS [N·m]", "ripple, peak to peak [N·m]")
-    return table((*POINT, *head), rows, left=())
+    return table((*(POINT if every else POINT[:1]), *head), rows, left=())
 
 
 def _apart(results: Results) -> str:
@@ -92,18 +98,15 @@ def _apart(results: Results) -> str:
     return f"{total - len(apart)} of {total} differences are within {LIMIT_PERCENT:g} %. Not within: {names}."
 
 
-def tables(results: Results) -> dict[str, str]:
-    return {
+def text(results: Results) -> str:
+    """For the terminal: every point."""
+    shown = {
         "largest": _largest(results),
         "differences": _differences(results),
         "values": _values(results),
-        "dynamics": _dynamics(results),
+        "dynamics": _dynamics(results, every=True),
     }
-
-
-def text(results: Results) -> str:
-    """For the terminal."""
-    return "\n\n".join(f"{name}\n{one}" for name, one in tables(results).items())
+    return "\n\n".join(f"{name}\n{one}" for name, one in shown.items())
 
 
 def write(results: Results, docs: Path) -> list[Path]:
@@ -121,7 +124,9 @@ def write(results: Results, docs: Path) -> list[Path]:
         torque=SHOWN[1],
         apart=_apart(results),
         **_of_version(results.motulator_version),
-        **tables(results),
+        largest=_largest(results),
+        values=_values(results),
+        dynamics=_dynamics(results, every=False),
     )
     page = docs / "motulator.md"
     page.write_text(content, encoding="utf-8")

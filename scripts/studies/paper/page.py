@@ -101,9 +101,7 @@ def vehicle_table(n: Numbers) -> str:
         ("net work on the shaft [kJ]", "energy_shaft_j", "k1"),
         ("lost in the windings [kJ]", "energy_copper_j", "k1"),
         ("efficiency, shaft / (drawn − fed back) [%]", "efficiency_percent", ".1f"),
-        ("taken from the shaft by braking [kJ]", "braking_j", "k1"),
-        ("… recovered while power flows back [%]", "recovered_percent", ".0f"),
-        ("… recovered on balance [%]", "recovered_net_percent", ".0f"),
+        ("braking energy recovered on balance [%]", "recovered_net_percent", ".0f"),
     )
     rows = [[what, *(text(n[f"vehicle/{kind}/{key}"], form) for kind in KINDS)] for what, key, form in lines]
     return table(["NYCC, one motor of two", "event-exact", "sampled 25 µs"], rows)

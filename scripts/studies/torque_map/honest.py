@@ -97,8 +97,7 @@ def _kinds_above() -> list[Kind]:
         Kind(
             f"`dtc`, {WEAKENING_RAD_S} rad/s and more",
             lambda _one, speed: speed >= WEAKENING_RAD_S,
-            "the method, not what it is told: `foc` is right at an imposed speed; the flux is weakened, and one vector "
-            "of the table lasts a whole period of 125 µs",
+            "the method: the flux is weakened, and one vector of the table lasts a whole period of 125 µs",
             "honest_dtc",
         ),
         Kind(
@@ -140,8 +139,7 @@ def kinds() -> list[Kind]:
         Kind(
             f"free shaft, up to {SLOW_RAD_S} rad/s",
             lambda one, _: one.shaft == "free",
-            "as at an imposed speed; the shaft is magnetised at standstill, where nothing but the current shows the "
-            f"flux, and has {STEP_S - FROM_S:g} s to the step",
+            f"magnetised at standstill, where the current alone shows the flux, {STEP_S - FROM_S:g} s before the step",
         ),
         Kind(
             f"warm, up to {SLOW_RAD_S} rad/s",
@@ -151,9 +149,8 @@ def kinds() -> list[Kind]:
         Kind(
             f"as found, up to {SLOW_RAD_S} rad/s",
             lambda _one, _speed: True,
-            "while the machine is magnetised noise, gains and offsets of the current sensors leave some percent of "
-            "$R_r$ and $L_m$ open, beside a saturation that is to be found too (*all identified* knows it); they are "
-            "adapted within half a second of torque. Parameters that are exact hold better (*not adapted*)",
+            "noise, gains and offsets of the current sensors leave some percent of $R_r$ and $L_m$ open while the "
+            "machine is magnetised, beside its saturation; half a second of torque adapts them",
         ),
     ]
 
@@ -204,7 +201,6 @@ def fields(maps: dict[str, Results]) -> dict[str, str]:
         "sets": sets_table(maps),
         "kinds": torque_map_kinds.kinds_table(maps.values(), kinds),
         "faults": torque_map_page.faults_table(maps),
-        "told": "\n".join(f"- {results.label}: {results.told}" for results in maps.values()),
     }
 
 

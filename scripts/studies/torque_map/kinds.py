@@ -36,34 +36,29 @@ def kinds() -> list[Kind]:
         Kind(
             f"$R_r$ or $L_m$ wrong, {WEAKENING_RAD_S} rad/s and more",
             lambda one, speed: _is_rotor_wrong(one) and speed >= WEAKENING_RAD_S,
-            "the start identifies $R_s$ by some volts along a flux that makes 300 V across: a frame that is off by "
-            "6 mrad is as much as all of $R_s$; torque shows $R_s$ by 3 % of the voltage only, so that it is adapted "
-            "in half a second",
+            "the start identifies $R_s$ by some volts along a flux that makes 300 V across; torque adapts it in half a "
+            "second",
         ),
         Kind(
             "$R_r$ or $L_m$ wrong, with sensors, below",
             lambda one, _: _is_rotor_wrong(one) and one.sensors != "ideal",
-            "the free shaft is magnetised at standstill, which leaves 14 % of $L_m$ unknown and 6 to 15 % of $R_r$; "
-            "the flux then follows the voltage with $|\\omega_e|/2$, at least $1/\\tau_r$, in 50 to 100 ms of the "
-            "0.2 s in which the shaft gathers speed, and $R_r$ shows with torque only; -130 N·m at 20 rad/s is 8 rad/s "
-            "of stator frequency",
+            "magnetising at standstill leaves 14 % of $L_m$ and 6 to 15 % of $R_r$ unknown; torque alone shows $R_r$",
         ),
         Kind(
             "$R_r$ or $L_m$ wrong, ideal sensors, below",
             lambda one, _: _is_rotor_wrong(one),
-            "as above, by what the start has left unknown",
+            "as above",
         ),
         Kind(
             "$R_r$ and $L_m$ exact, with sensors",
             lambda one, _: one.sensors != "ideal",
-            "the errors of the currents turn slowly, and the voltages that they make, $(R_s + k_r^2 R_r)\\,\\delta i$, "
-            "are flux by $\\omega_r$: the start takes them for an error of $R_r$ or $L_m$",
+            "the start takes the flux that current errors make, $(R_s + k_r^2 R_r)\\,\\delta i/\\omega_r$, for an "
+            "error of $R_r$ or $L_m$",
         ),
         Kind(
             "$R_r$ and $L_m$ exact, ideal sensors",
             lambda _one, _speed: True,
-            "at standstill the start shares twice the $R_s$ that was believed between $R_s$ and $R_r$, and without "
-            "stator frequency nothing shows it later",
+            "at standstill the start shares an error of $R_s$ between $R_s$ and $R_r$, and nothing shows it later",
         ),
     ]
 

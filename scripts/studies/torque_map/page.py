@@ -14,6 +14,7 @@ from .steady import cases
 Maps = dict[str, Results]
 
 TEMPLATE = Path(__file__).with_name("page.md")
+DETUNES = {"machine": "of the machine", "estimate": "believed"}
 
 
 def _numbers(values: tuple[float, ...]) -> str:
@@ -45,20 +46,20 @@ def _of_steady(entry: dict | None) -> str:
         return f"trips: {entry['fault']}"
     if entry["gates_off"]:
         return f"{entry['torque_nm']:.1f}, gates off"
-    return f"{entry['torque_nm']:.1f} (ripple {entry['ripple_nm']:.0f})"
+    return f"{entry['torque_nm']:.1f}/{entry['ripple_nm']:.0f}"
 
 
-def steady_table(maps: Maps, detune: str) -> str:
-    head = ("$R_s$", "speed [rad/s]", *(f"{results.label} [N·m]" for results in maps.values()))
+def steady_table(maps: Maps) -> str:
     rows = []
-    for factor, speed in cases(detune):
-        entries = []
-        for results in maps.values():
-            wanted = (factor, speed, detune)
-            same = (e for e in results.steady if (e["r_s"], e["speed"], e["detune"]) == wanted)
-            entries.append(_of_steady(next(same, None)))
-        rows.append((f"×{factor:g}", f"{speed:g}", *entries))
-    return table(head, rows, left=())
+    for detune, whose in DETUNES.items():
+        for factor, speed in cases(detune):
+            entries = []
+            for results in maps.values():
+                wanted = (factor, speed, detune)
+                same = (e for e in results.steady if (e["r_s"], e["speed"], e["detune"]) == wanted)
+                entries.append(_of_steady(next(same, None)))
+            rows.append((f"×{factor:g}, {whose}", f"{speed:g}", *entries))
+    return table(("$R_s$", "speed [rad/s]", *(results.label for results in maps.values())), rows)
 
 
 def worst(results: Results) -> str:
@@ -82,23 +83,26 @@ def _place(results: Results, where: str) -> tuple[int, int]:
     return results.torques.index(torque), results.speeds.index(speed)
 
 
-def resistance_sentence(results: Results) -> str:
-    sets = [one for one in results.maps if one.conditions.is_r_s_alone]
-    beyond = beyond_r_s(results)
-    count = sum(sum(one.counts.values()) for one in sets)
-    text = (
-        f"{results.label}: of {count} points with exact parameters but for the stator resistance, {len(beyond)} "
-        f"deviate by more than 1.5 N·m and 5 %, and {sum(trips(sets).values())} trip"
-    )
-    if beyond:
-        conditions, speed, torque, deviation = max(beyond, key=lambda one: one[3])
-        text += f"; the worst by {deviation:g} N·m, at {speed:g} rad/s and {torque:g} N·m with {conditions.label}"
-    return text + "."
+def resistance_table(maps: Maps) -> str:
+    """Points with exact parameters but for the stator resistance."""
+    rows = []
+    for results in maps.values():
+        sets = [one for one in results.maps if one.conditions.is_r_s_alone]
+        beyond = beyond_r_s(results)
+        text = "–"
+        if beyond:
+            conditions, speed, torque, deviation = max(beyond, key=lambda one: one[3])
+            text = f"{deviation:g} N·m at {speed:g} rad/s and {torque:g} N·m with {conditions.label}"
+        count = sum(sum(one.counts.values()) for one in sets)
+        rows.append((results.label, count, len(beyond), sum(trips(sets).values()), text))
+    return table(("drive", "points", "off", "trips", "worst"), rows, left=(0, 4))
 
 
-def capability_sentence(results: Results) -> str:
-    percent, speed, direction = worst_difference(results.capability)
-    return f"{results.label}: at worst {percent:+.1f} % of the analytic torque, {direction} at {speed:g} rad/s."
+def capability_sentence(maps: Maps) -> str:
+    """The worst of all drives."""
+    found = [(*worst_difference(results.capability), results.label) for results in maps.values()]
+    percent, speed, direction, label = max(found, key=lambda one: abs(one[0]))
+    return f"At worst {percent:+.1f} %: {label}, {direction} at {speed:g} rad/s."
 
 
 def fields(maps: Maps) -> dict[str, str]:
@@ -126,11 +130,10 @@ def fields(maps: Maps) -> dict[str, str]:
         "kinds": kinds.kinds_table(maps[name] for name in maps if name != "paper"),
         "unobservable": f"{UNOBSERVABLE_RAD_S:g}",
         "left_out": left_out,
-        "resistance": "\n".join(f"- {resistance_sentence(results)}" for results in all_maps),
+        "resistance": resistance_table(maps),
         "faults": faults_table(maps),
-        "capability": "\n".join(f"- {capability_sentence(results)}" for results in all_maps),
-        "steady_machine": steady_table(maps, "machine"),
-        "steady_estimate": steady_table(maps, "estimate"),
+        "capability": capability_sentence(maps),
+        "steady": steady_table(maps),
     }
 
 
