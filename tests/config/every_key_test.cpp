@@ -147,6 +147,7 @@ std::vector<Kind> kinds() {
                "plant.sensors.voltage.bits",
                "plant.inverter.dead_time_us",
                "plant.inverter.minimum_pulse_us",
+               "plant.saturation.points",
                "plant.link.capacitance_f",
                "plant.link.source_ohm",
                "plant.link.source_h",
