@@ -44,7 +44,7 @@ class PmMachine {
   /// At constant current the flux turns with d, which is the direction of psi_s − L_q i_s:
   ///   e = (L_d − L_q) ((i_s · d′) d + (i_s · d) d′) + psi_m d′,   d′ = dpsi_r/dt / psi_m
   /// Along d the inverse inductance is 1/L_d, larger than 1/L_q by the square of the axis.
-  [[nodiscard]] sextant::BackEmf<T> emf(Vector dpsi_r, Vector psi_s,
+  [[nodiscard]] sextant::BackEmf<T> emf(Vector dpsi_r, Vector psi_s, Vector,
                                         Vector i_s) const noexcept SEXTANT_NONBLOCKING {
     const Vector d = sextant::direction(psi_s - p_.l_q * i_s);
     const Vector turn = (T(1) / p_.psi_m) * dpsi_r;
@@ -73,10 +73,10 @@ class PmMachine {
     T across{};
     T added_along{};
   };
-  [[nodiscard]] InverseInductance inverse_inductance(Vector) const noexcept SEXTANT_NONBLOCKING {
+  [[nodiscard]] InverseInductance inverse_inductance(Vector, Vector) const noexcept SEXTANT_NONBLOCKING {
     return {T(1) / p_.l_d, T(0)};
   }
-  [[nodiscard]] T damping(Vector) const noexcept SEXTANT_NONBLOCKING { return p_.r_s / p_.l_d; }
+  [[nodiscard]] T damping(Vector, Vector) const noexcept SEXTANT_NONBLOCKING { return p_.r_s / p_.l_d; }
   [[nodiscard]] T largest_inductance() const noexcept SEXTANT_NONBLOCKING { return p_.l_q; }
   [[nodiscard]] sextant::ElectricalRates<T> electrical_rates() const noexcept SEXTANT_NONBLOCKING {
     return {};
@@ -84,7 +84,7 @@ class PmMachine {
   [[nodiscard]] T pole_pairs() const noexcept SEXTANT_NONBLOCKING { return T(p_.pole_pairs); }
   [[nodiscard]] T stator_resistance() const noexcept SEXTANT_NONBLOCKING { return p_.r_s; }
   /// Of magnets and saliency, while the stator flux is no larger than that of the magnets.
-  [[nodiscard]] T angle_gain() const noexcept SEXTANT_NONBLOCKING {
+  [[nodiscard]] T angle_gain(Vector, Vector) const noexcept SEXTANT_NONBLOCKING {
     return T(1.5) * pole_pairs() * pole_pairs() * (T(2) / p_.l_d - T(1) / p_.l_q);
   }
 

@@ -91,6 +91,7 @@ def _machine_lines(results: Results) -> list[str]:
     l_m_deviation = results.no_load.sigma if results.no_load else deviations.l_magnetising
     return [
         *lines,
+        'circuit = "T"',
         f"r_r_ohm = {machine.r_r:.5g}  # {100 * deviations.r_rotor:.2g} %, at the temperature of the measurement",
         f"# L_ls/L_lr, {results.split:.3g}, is that of the estimate: no terminal shows it.",
         f"l_ls_h = {machine.l_ls:.5g}  # {100 * deviations.leakage:.2g} %",
@@ -122,7 +123,13 @@ def told(results: Results) -> Settings:
         settings["control.machine_estimate.r_s_ohm"] = resistance[0]
     if results.impedance:
         machine = results.machine.t_circuit(results.split)
-        values = {"r_r_ohm": machine.r_r, "l_ls_h": machine.l_ls, "l_lr_h": machine.l_lr, "l_m_h": machine.l_m}
+        values = {
+            "circuit": "T",
+            "r_r_ohm": machine.r_r,
+            "l_ls_h": machine.l_ls,
+            "l_lr_h": machine.l_lr,
+            "l_m_h": machine.l_m,
+        }
         settings |= {f"control.machine_estimate.{key}": value for key, value in values.items()}
     if curve := results.saturation:
         values = {"knee_wb": curve.knee_wb, "exponent": curve.exponent, "machine_flux_wb": curve.machine_flux_wb}

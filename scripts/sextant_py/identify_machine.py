@@ -8,7 +8,7 @@ drives", IEEE Trans. Ind. Appl. 25 (1989) 1126-1131.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from .errors import UserError
 from .sweep_file import Settings
@@ -40,6 +40,11 @@ class InverseGamma:
         """[s]"""
         return self.l_magnetising / self.r_rotor
 
+    @property
+    def gamma(self) -> "Gamma":
+        k = self.l_magnetising / (self.leakage + self.l_magnetising)
+        return Gamma(self.r_s, self.leakage / k, self.r_rotor / k**2, self.leakage + self.l_magnetising)
+
     def t_circuit(self, split: float) -> TCircuit:
         """With that L_ls/L_lr: L_ls = split L_lr and L_m² = L_M (L_m + L_lr) in L_s = σL_s + L_M = L_ls + L_m give
         split² L_lr² − (2 split L_s + (1 − split) L_M) L_lr + L_s σL_s = 0."""
@@ -54,10 +59,22 @@ class InverseGamma:
         """The machine whose iron saturates to another L_s = σL_s + L_M. In the Γ circuit, all leakage on the rotor's
         side, main flux and L_s alone saturate: leakage L_σ = σL_s/k and rotor resistance R_R/k² stay, k = L_M/L_s. The
         small-signal circuit about a direct flux has the slope of the curve in place of L_s."""
-        k = self.l_magnetising / (self.leakage + self.l_magnetising)
-        leakage, r_rotor = self.leakage / k, self.r_rotor / k**2
-        other = l_s / (l_s + leakage)
-        return InverseGamma(self.r_s, other * leakage, other**2 * r_rotor, other * l_s)
+        return replace(self.gamma, l_magnetising=l_s).terminals
+
+
+@dataclass(frozen=True)
+class Gamma:
+    """All leakage on the rotor's side."""
+
+    r_s: float
+    leakage: float  # [H]
+    r_rotor: float  # [ohm]
+    l_magnetising: float  # L_s [H]
+
+    @property
+    def terminals(self) -> InverseGamma:
+        k = self.l_magnetising / (self.l_magnetising + self.leakage)
+        return InverseGamma(self.r_s, k * self.leakage, k**2 * self.r_rotor, k * self.l_magnetising)
 
 
 def without_slope(total_ohm: float, slope_ohm: float) -> float:
@@ -80,17 +97,47 @@ def inertia_of(configuration: Settings) -> float:
     return _value(configuration, "inertia_kg_m2")
 
 
+def _changed(machine: TCircuit, configuration: Settings, table: str, circuit: str) -> TCircuit:
+    """With what a table sets, whose inductances and rotor resistance are those of that circuit; where it is not "T",
+    with equal leakage inductances, as the programs have it."""
+
+    def inductance(name: str, otherwise: float) -> float:
+        if (value := configuration.get(f"{table}.l_{name}_h")) is not None:
+            return value
+        if (value := configuration.get(f"{table}.x_{name}_ohm")) is not None:
+            own = configuration.get(f"{table}.reactance_frequency_hz")
+            return value / (2 * math.pi * (own or configuration["machine.reactance_frequency_hz"]))
+        return otherwise
+
+    def resistance(name: str, otherwise: float) -> float:
+        value = configuration.get(f"{table}.{name}_ohm")
+        return otherwise if value is None else value
+
+    r_s = resistance("r_s", machine.r_s)
+    if circuit == "T":
+        leakages = inductance("ls", machine.l_ls), inductance("lr", machine.l_lr)
+        return TCircuit(r_s, resistance("r_r", machine.r_r), *leakages, inductance("m", machine.l_m))
+    names = ("r_r_ohm", "l_sigma_h", "x_sigma_ohm", "l_m_h", "x_m_ohm")
+    if all(configuration.get(f"{table}.{name}") is None for name in names):
+        return replace(machine, r_s=r_s)
+    of = machine.terminals if circuit == "inverse_gamma" else machine.terminals.gamma
+    found = replace(
+        of,
+        r_s=r_s,
+        leakage=inductance("sigma", of.leakage),
+        r_rotor=resistance("r_r", of.r_rotor),
+        l_magnetising=inductance("m", of.l_magnetising),
+    )
+    return (found if isinstance(found, InverseGamma) else found.terminals).t_circuit(1)
+
+
+def t_circuit_of(configuration: Settings) -> TCircuit:
+    """Of [machine], which is complete."""
+    none = TCircuit(1, 1, 1, 1, 1)
+    return _changed(none, configuration, "machine", configuration.get("machine.circuit") or "T")
+
+
 def estimate_of(configuration: Settings) -> TCircuit:
     """What the controller takes the machine to be."""
-
-    def inductance(name: str) -> float:
-        """Henry or ohm of the estimate, else of the machine."""
-        for table in ("control.machine_estimate", "machine"):
-            if (value := configuration.get(f"{table}.l_{name}_h")) is not None:
-                return value
-            if (value := configuration.get(f"{table}.x_{name}_ohm")) is not None:
-                return value / (2 * math.pi * _value(configuration, "reactance_frequency_hz"))
-        raise KeyError(name)
-
-    r_s, r_r = (_value(configuration, f"{name}_ohm") for name in ("r_s", "r_r"))
-    return TCircuit(r_s, r_r, inductance("ls"), inductance("lr"), inductance("m"))
+    circuit = configuration.get("control.machine_estimate.circuit") or configuration.get("machine.circuit") or "T"
+    return _changed(t_circuit_of(configuration), configuration, "control.machine_estimate", circuit)

@@ -47,7 +47,7 @@ def plant_settings() -> Settings:
 
 def shown(settings: Settings) -> str:
     """What the drive is told."""
-    told_keys = {key: value for key, value in settings.items() if key.startswith(TOLD)}
+    told_keys = {k: value for k, value in settings.items() if k.startswith(TOLD) and not isinstance(value, str)}
     return ", ".join(f"{key.split('.')[-1]} {value:.4g}" for key, value in told_keys.items())
 
 

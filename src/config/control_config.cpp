@@ -1,4 +1,5 @@
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <string>
 #include <string_view>
@@ -29,8 +30,8 @@ void resolve(DriveConfig& c) {
 }  // namespace
 
 void describe_other_machine(Section s, MachineConfig& other, const MachineConfig& machine,
-                            const std::string& unset) {
-  describe(s, other, unset);
+                            const std::string& unset, const std::function<MachineCircuit()>& circuit) {
+  describe_changes(s, other, unset, circuit);
   s.check([&other, &machine]() -> std::string {
     const bool known = machine.reactance_frequency_hz || other.reactance_frequency_hz;
     if (known || !other.has_reactance()) return {};
@@ -98,7 +99,8 @@ void describe_control(Section s, DriveConfig& c) {
     of_method.optional([&c, name = method->name()] { return c.controller == name; });
   }
   Section estimate = s.section("machine_estimate");
-  describe_other_machine(estimate, c.machine_estimate, c.machine, "that of [machine]");
+  describe_other_machine(estimate, c.machine_estimate, c.machine, "that of [machine]",
+                         [&c] { return c.machine_circuit(); });
   Section saturation = estimate.section("saturation");
   describe(saturation, c.setup.basis.saturation);
   estimate.change_at_least(Changes::when_ready);

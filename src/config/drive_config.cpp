@@ -21,9 +21,10 @@ void share(DriveConfig& c) {
   DriveBasis<>& basis = c.setup.basis;
   const double frequency_hz = c.machine.reactance_frequency_hz.value_or(50.0);
   machine = apply(c.machine, machine, frequency_hz);
-  basis.machine = apply(c.machine_estimate, machine, frequency_hz);
+  basis.machine = apply(c.machine_estimate, machine, frequency_hz, c.machine_circuit());
   basis.u_dc = c.plant.io.u_dc;
-  c.setup.torque_monitor.machine = apply(c.monitored_machine, basis.machine, frequency_hz);
+  c.setup.torque_monitor.machine =
+      apply(c.monitored_machine, basis.machine, frequency_hz, c.estimate_circuit());
   c.plant.io.period_ns = basis.period_ns;
   c.plant.io.actuation_delay_periods = basis.actuation_delay_periods;
 }
@@ -31,7 +32,8 @@ void share(DriveConfig& c) {
 void describe_torque_monitor(Section s, DriveConfig& c) {
   describe(s, c.setup.torque_monitor, c.drive.torque_monitor);
   Section machine = s.section("machine");
-  describe_other_machine(machine, c.monitored_machine, c.machine, "that of the controller");
+  describe_other_machine(machine, c.monitored_machine, c.machine, "that of the controller",
+                         [&c] { return c.estimate_circuit(); });
   machine.change_at_least(Changes::when_ready);
   s.check(c.drive.torque_monitor);
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 
 #include "sextant/config/drive_config.hpp"
@@ -13,8 +14,9 @@ namespace sextant {
 /// The section of the control methods, whose keys are bound to the drive's setup.
 void describe_control(Section s, DriveConfig& c);
 
-/// The keys of a machine that differs from `machine` in what they set; `unset`: what counts for the others.
+/// The keys of a machine that differs from `machine` in what they set; `unset`: what counts for the others;
+/// `circuit`: of which circuit they are unless they say so.
 void describe_other_machine(Section section, MachineConfig& other, const MachineConfig& machine,
-                            const std::string& unset);
+                            const std::string& unset, const std::function<MachineCircuit()>& circuit);
 
 }  // namespace sextant

@@ -1,19 +1,79 @@
 #include "sextant/config/machine_config.hpp"
 
+#include <array>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 #include "number_text.hpp"
 
 namespace sextant {
 namespace {
 
-/// Two keys for one inductance; the one set last replaces the other of an earlier file.
-void inductance(Section& s, const std::string& x_key, std::optional<double>& x, const std::string& l_key,
-                std::optional<double>& l, const std::string& name, const std::string& otherwise) {
-  const auto either = [&s](const std::string& key, std::optional<double>& given, std::optional<double>& other,
-                           const Quantity& q) {
+constexpr std::array circuits{MachineCircuit::t, MachineCircuit::gamma, MachineCircuit::inverse_gamma};
+
+std::string name_of(MachineCircuit circuit) {
+  switch (circuit) {
+    case MachineCircuit::gamma:
+      return "gamma";
+    case MachineCircuit::inverse_gamma:
+      return "inverse_gamma";
+    case MachineCircuit::t:
+      break;
+  }
+  return "T";
+}
+
+/// A machine's table while it is described.
+struct MachineKeys {
+  Section& s;
+  MachineConfig& c;
+  std::string otherwise;  ///< what a text says of a key that is not set; empty where all must be set
+  std::function<MachineCircuit()> circuit;  ///< in force
+
+  [[nodiscard]] bool must_be_complete() const { return otherwise.empty(); }
+};
+
+void describe_circuit(const MachineKeys& k, const std::function<std::string()>& shown) {
+  std::vector<std::string> names;
+  names.reserve(circuits.size());
+  for (const MachineCircuit circuit : circuits) names.push_back(name_of(circuit));
+  const auto set = [&c = k.c](std::string_view name) {
+    for (const MachineCircuit circuit : circuits) {
+      if (name == name_of(circuit)) c.circuit = circuit;
+    }
+  };
+  k.s.add(
+      "circuit", "",
+      ("equivalent circuit whose inductances and rotor resistance the keys are; gamma, inverse_gamma: all "
+       "leakage, l_sigma_h, on the rotor's, on the stator's side" +
+       k.otherwise)
+          .c_str(),
+      ChoiceField{std::move(names), shown, set});
+}
+
+/// A number that is an inductance of some circuits only.
+void check_circuit(const MachineKeys& k, const std::string& key, const std::optional<double>& x,
+                   std::function<bool(MachineCircuit)> has) {
+  k.s.section(key).check([&x, circuit = k.circuit, has = std::move(has)]() -> std::string {
+    if (!x || has(circuit())) return {};
+    return std::string{"the circuit of this machine is \""} + name_of(circuit()) + "\", which has " +
+           (circuit() == MachineCircuit::t ? "l_ls_h and l_lr_h instead" : "l_sigma_h instead") +
+           ": give that, or another circuit";
+  });
+}
+
+/// Two keys for one inductance; the one set last replaces the other of an earlier file. has: whether a
+/// circuit has it.
+void inductance(const MachineKeys& k, const std::string& x_key, std::optional<double>& x,
+                const std::string& l_key, std::optional<double>& l, const std::string& name,
+                const std::function<bool(MachineCircuit)>& has) {
+  const auto either = [&s = k.s](const std::string& key, std::optional<double>& given,
+                                 std::optional<double>& other, const Quantity& q) {
     s.add(key, q.unit, q.meaning,
           NumberField{{q.min, q.max},
                       [&given] { return given; },
@@ -22,9 +82,53 @@ void inductance(Section& s, const std::string& x_key, std::optional<double>& x, 
                         other.reset();
                       }});
   };
-  either(x_key, x, l, {"ohm", 1e-6, 1e5, (name + " reactance" + otherwise).c_str()});
-  either(l_key, l, x, {"H", 1e-9, 1e3, (name + " inductance, instead of the reactance" + otherwise).c_str()});
-  s.alternative(x_key, l_key, otherwise.empty());
+  either(x_key, x, l, {"ohm", 1e-6, 1e5, (name + " reactance" + k.otherwise).c_str()});
+  either(l_key, l, x,
+         {"H", 1e-9, 1e3, (name + " inductance, instead of the reactance" + k.otherwise).c_str()});
+  k.s.alternative(x_key, l_key, [complete = k.must_be_complete(), circuit = k.circuit, has] {
+    return complete && has(circuit());
+  });
+  check_circuit(k, x_key, x, has);
+  check_circuit(k, l_key, l, has);
+}
+
+void describe_inductances(const MachineKeys& k) {
+  const auto in_t = [](MachineCircuit circuit) { return circuit == MachineCircuit::t; };
+  const auto in_others = [](MachineCircuit circuit) { return circuit != MachineCircuit::t; };
+  const auto in_all = [](MachineCircuit) { return true; };
+  MachineConfig& c = k.c;
+  inductance(k, "x_ls_ohm", c.x_ls_ohm, "l_ls_h", c.l_ls_h, "stator leakage", in_t);
+  inductance(k, "x_lr_ohm", c.x_lr_ohm, "l_lr_h", c.l_lr_h, "rotor leakage", in_t);
+  inductance(k, "x_sigma_ohm", c.x_sigma_ohm, "l_sigma_h", c.l_sigma_h, "leakage", in_others);
+  inductance(k, "x_m_ohm", c.x_m_ohm, "l_m_h", c.l_m_h, "magnetising", in_all);
+}
+
+/// shown: the circuit as the printer shows it.
+void describe_keys(const MachineKeys& k, const std::function<std::string()>& shown) {
+  const auto number = [&k](const char* key, std::optional<double>& x, const char* unit, Range<double> range,
+                           const char* meaning) {
+    k.s.number(key, x, {unit, range.min, range.max, (meaning + k.otherwise).c_str()});
+  };
+  const auto needed = [&k] {
+    if (k.must_be_complete()) k.s.required();
+  };
+  MachineConfig& c = k.c;
+  number("r_s_ohm", c.r_s_ohm, "ohm", {1e-6, 1e4}, "stator resistance");
+  needed();
+  describe_circuit(k, shown);
+  number("r_r_ohm", c.r_r_ohm, "ohm", {1e-6, 1e4}, "rotor resistance, referred to the stator");
+  needed();
+  describe_inductances(k);
+  number("reactance_frequency_hz", c.reactance_frequency_hz, "Hz", {1e-2, 1e4},
+         "frequency at which the reactances hold");
+  k.s.add("poles", "", ("number of poles, twice the pole pairs" + k.otherwise).c_str(),
+          IntegerField{{2, 200},
+                       [&c]() -> std::optional<std::int64_t> { return c.poles; },
+                       [&c](std::int64_t x) { c.poles = int(x); }});
+  needed();
+  number("inertia_kg_m2", c.inertia_kg_m2, "kg·m²", {1e-9, 1e5}, "inertia of rotor and shaft");
+  needed();
+  k.s.check(c);
 }
 
 /// L_m by the sum of the leakage inductances. Published machines have 6 to 30; outside of this range by far
@@ -39,7 +143,34 @@ std::string inductance_problem(const MachineConfig& c) {
   if (ratio >= magnetising_by_leakage.min && ratio <= magnetising_by_leakage.max) return {};
   return "the magnetising inductance, " + number_text(m.l_m) + " H, is " + rounded_text(ratio) +
          " times the leakage inductances of stator and rotor together, " + rounded_text(m.l_ls + m.l_lr) +
-         " H; machines have 5 to 50: give all three in the same unit, henry (or ohm)";
+         " H; machines have 5 to 50: give all in the same unit, henry (or ohm)";
+}
+
+/// Sets an inductance that is given, as such or as a reactance at `omega` [rad/s].
+void set_inductance(double& l, std::optional<double> x_ohm, std::optional<double> l_h, double omega) {
+  if (x_ohm) l = *x_ohm / omega;
+  if (l_h) l = *l_h;
+}
+
+InductionMachineParameters<> apply_t(const MachineConfig& c, InductionMachineParameters<> machine,
+                                     double omega) {
+  machine.r_r = c.r_r_ohm.value_or(machine.r_r);
+  set_inductance(machine.l_ls, c.x_ls_ohm, c.l_ls_h, omega);
+  set_inductance(machine.l_lr, c.x_lr_ohm, c.l_lr_h, omega);
+  set_inductance(machine.l_m, c.x_m_ohm, c.l_m_h, omega);
+  return machine;
+}
+
+/// Whether an element of a circuit with all leakage in one place is given.
+bool changes_rotor(const MachineConfig& c) {
+  return c.r_r_ohm || c.x_sigma_ohm || c.l_sigma_h || c.x_m_ohm || c.l_m_h;
+}
+
+LeakageCircuit<> changed(LeakageCircuit<> circuit, const MachineConfig& c, double omega) {
+  circuit.r_r = c.r_r_ohm.value_or(circuit.r_r);
+  set_inductance(circuit.l_sigma, c.x_sigma_ohm, c.l_sigma_h, omega);
+  set_inductance(circuit.l_m, c.x_m_ohm, c.l_m_h, omega);
+  return circuit;
 }
 
 }  // namespace
@@ -49,57 +180,40 @@ std::string MachineConfig::validate() const {
   return {};
 }
 
-void describe(Section s, MachineConfig& c, const std::string& unset) {
-  const bool complete = unset.empty();
-  const std::string otherwise = complete ? "" : "; not set: " + unset;
-  const auto number = [&](const char* key, std::optional<double>& x, const char* unit, Range<double> range,
-                          const char* meaning) {
-    s.number(key, x, {unit, range.min, range.max, (meaning + otherwise).c_str()});
-  };
-  const auto needed = [&s, complete] {
-    if (complete) s.required();
-  };
-  number("r_s_ohm", c.r_s_ohm, "ohm", {1e-6, 1e4}, "stator resistance");
-  needed();
-  number("r_r_ohm", c.r_r_ohm, "ohm", {1e-6, 1e4}, "rotor resistance, referred to the stator");
-  needed();
-  inductance(s, "x_ls_ohm", c.x_ls_ohm, "l_ls_h", c.l_ls_h, "stator leakage", otherwise);
-  inductance(s, "x_lr_ohm", c.x_lr_ohm, "l_lr_h", c.l_lr_h, "rotor leakage", otherwise);
-  inductance(s, "x_m_ohm", c.x_m_ohm, "l_m_h", c.l_m_h, "magnetising", otherwise);
-  number("reactance_frequency_hz", c.reactance_frequency_hz, "Hz", {1e-2, 1e4},
-         "frequency at which the reactances hold");
-  s.add("poles", "", ("number of poles, twice the pole pairs" + otherwise).c_str(),
-        IntegerField{{2, 200},
-                     [&c]() -> std::optional<std::int64_t> { return c.poles; },
-                     [&c](std::int64_t x) { c.poles = int(x); }});
-  needed();
-  number("inertia_kg_m2", c.inertia_kg_m2, "kg·m²", {1e-9, 1e5}, "inertia of rotor and shaft");
-  needed();
-  s.check(c);
-  if (complete) {
-    s.check([&c]() -> std::string {
-      if (!c.has_reactance() || c.reactance_frequency_hz) return {};
-      return "reactance_frequency_hz is missing, which the reactances need";
-    });
-    s.check_basis("", [&c] { return inductance_problem(c); });
-  }
+void describe(Section s, MachineConfig& c) {
+  const auto circuit = [&c] { return c.circuit.value_or(MachineCircuit::t); };
+  const MachineKeys keys{s, c, "", circuit};
+  describe_keys(keys, [circuit] { return name_of(circuit()); });
+  s.check([&c]() -> std::string {
+    if (!c.has_reactance() || c.reactance_frequency_hz) return {};
+    return "reactance_frequency_hz is missing, which the reactances need";
+  });
+  s.check_basis("", [&c] { return inductance_problem(c); });
+}
+
+void describe_changes(Section s, MachineConfig& c, const std::string& unset,
+                      const std::function<MachineCircuit()>& circuit) {
+  const MachineKeys keys{s, c, "; not set: " + unset,
+                         [&c, circuit] { return c.circuit ? *c.circuit : circuit(); }};
+  describe_keys(keys, [&c] { return c.circuit ? name_of(*c.circuit) : std::string{}; });
 }
 
 InductionMachineParameters<> apply(const MachineConfig& c, InductionMachineParameters<> machine,
-                                   double reactance_frequency_hz) {
+                                   double reactance_frequency_hz, MachineCircuit circuit) {
   const double omega = 2.0 * std::numbers::pi * c.reactance_frequency_hz.value_or(reactance_frequency_hz);
-  const auto inductance = [omega](double& member, std::optional<double> x, std::optional<double> l) {
-    if (x) member = *x / omega;
-    if (l) member = *l;
-  };
   machine.r_s = c.r_s_ohm.value_or(machine.r_s);
-  machine.r_r = c.r_r_ohm.value_or(machine.r_r);
-  inductance(machine.l_ls, c.x_ls_ohm, c.l_ls_h);
-  inductance(machine.l_lr, c.x_lr_ohm, c.l_lr_h);
-  inductance(machine.l_m, c.x_m_ohm, c.l_m_h);
   if (c.poles) machine.pole_pairs = *c.poles / 2;
   machine.inertia = c.inertia_kg_m2.value_or(machine.inertia);
-  return machine;
+  switch (c.circuit.value_or(circuit)) {
+    case MachineCircuit::t:
+      return apply_t(c, machine, omega);
+    case MachineCircuit::gamma:
+      return changes_rotor(c) ? from_gamma(machine, changed(gamma_circuit(machine), c, omega)) : machine;
+    case MachineCircuit::inverse_gamma:
+      break;
+  }
+  return changes_rotor(c) ? from_inverse_gamma(machine, changed(inverse_gamma_circuit(machine), c, omega))
+                          : machine;
 }
 
 }  // namespace sextant

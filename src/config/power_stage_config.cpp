@@ -11,6 +11,7 @@ namespace {
 /// Empty where hysteresis lets the flux go, else a sentence.
 std::string check_hysteresis(const DrivePlantParameters<double>& p) {
   if (p.machine.validate() != nullptr || p.saturation.validate() != nullptr ||
+      p.points.validate() != nullptr || p.leakage.validate() != nullptr || p.validate_curve() != nullptr ||
       p.iron_loss.validate() != nullptr) {
     return {};
   }
@@ -25,10 +26,11 @@ std::string check_hysteresis(const DrivePlantParameters<double>& p) {
 std::string check_magnetics(const SimulatedPowerStage::Parameters& p) {
   if (p.integrator != IntegratorKind::exact) return {};
   const char* const others = "it must be \"cvode\", \"erk\" or \"fixed\"";
-  if (p.plant.saturation.acts()) {
-    return std::string{
-               "integrator = \"exact\" is for machines without saturation: with saturation.knee_wb "
-               "above 0 "} +
+  if (p.plant.saturates()) {
+    const char* const given = p.plant.saturation.acts() ? "saturation.knee_wb above 0"
+                              : p.plant.points.acts()   ? "saturation.points"
+                                                        : "saturation.leakage.knee_wb above 0";
+    return std::string{"integrator = \"exact\" is for machines without saturation: with "} + given + " " +
            others;
   }
   if (!p.plant.iron_loss.acts()) return {};
@@ -36,6 +38,18 @@ std::string check_magnetics(const SimulatedPowerStage::Parameters& p) {
              "integrator = \"exact\" is for machines without iron loss: with iron_loss.eddy_ohm or "
              "iron_loss.hysteresis_ohm above 0 "} +
          others;
+}
+
+/// Of main flux and leakage.
+void describe_saturation(Section s, DrivePlantParameters<double>& p) {
+  describe_parameters(s, p.saturation);
+  describe_parameters(s, p.points);
+  describe_parameters(s.section("leakage"), p.leakage);
+  s.section("points").check([&p]() -> std::string {
+    if (p.machine.validate() != nullptr || p.points.validate() != nullptr) return {};
+    const char* const problem = p.validate_curve();
+    return problem != nullptr ? problem : "";
+  });
 }
 
 void describe_inverter(Section s, SimulatedPowerStage::Parameters& p) {
@@ -123,7 +137,7 @@ void describe(Section s, SimulatedPowerStage::Parameters& p, const std::int32_t&
   s.number("viscous_friction_nm_s", p.plant.viscous_friction,
            {"N·m·s/rad", 0, 1e3, "bearings and fan, torque per speed"});
   describe(s, p.plant.initial);
-  describe_parameters(s.section("saturation"), p.plant.saturation);
+  describe_saturation(s.section("saturation"), p.plant);
   describe_parameters(s.section("iron_loss"), p.plant.iron_loss);
   describe_inverter(s.section("inverter"), p);
   describe_parameters(s.section("link"), p.link);

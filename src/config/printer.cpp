@@ -40,7 +40,7 @@ struct Value {
   }
   std::string operator()(const FlagField& f) const { return f.get() ? "true" : "false"; }
   std::string operator()(const TextField& f) const { return quoted(f.get()); }
-  std::string operator()(const ChoiceField& f) const { return quoted(f.get()); }
+  std::string operator()(const ChoiceField& f) const { return f.get().empty() ? "" : quoted(f.get()); }
   std::string operator()(const PointsField& f) const {
     std::string text;
     for (const auto& [first, second] : f.get()) {

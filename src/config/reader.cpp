@@ -245,7 +245,7 @@ class Reader {
       }
     }
     for (const Alternative& a : schema_.alternatives) {
-      if (a.required && !given_.contains(a.first) && !given_.contains(a.second)) {
+      if (a.is_required() && !given_.contains(a.first) && !given_.contains(a.second)) {
         ConfigProblem problem = missing(a.first, "missing, expected a number here or in ");
         problem.message += a.second.substr(a.second.rfind('.') + 1);
         problems_.push_back(std::move(problem));

@@ -1,6 +1,7 @@
 #include "sextant/config/machine_config.hpp"
 
 #include <numbers>
+#include <utility>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -141,6 +142,94 @@ TEST(MachineConfig, AMachineFileThatIsNotThereIsNamedWhereItIsAskedFor) {
   const std::string number = files.write("number.toml", "machine = 3\n");
   EXPECT_EQ(refusal([&] { (void)load_ecu_config(number); }),
             number + ":1: machine: expected the path of a machine file, got 3");
+}
+
+/// A machine file in inductances with the given lines.
+std::string machine_file(const ConfigFiles& files, const std::string& name, const std::string& lines) {
+  return files.write(name, "r_s_ohm = 1\nr_r_ohm = 2\npoles = 4\ninertia_kg_m2 = 0.1\n" + lines);
+}
+
+std::string ecu_file(const ConfigFiles& files, const std::string& machine, const std::string& more = {}) {
+  return files.write("ecu.toml", "machine = \"" + machine + "\"\n[control]\nflux_reference_wb = 1\n" + more);
+}
+
+TEST(MachineConfig, OtherCircuitsBecomeTheTCircuit) {
+  const ConfigFiles files;
+  const std::string keys = "l_m_h = 0.1\nl_sigma_h = 0.01\n";
+  for (const auto& [name, circuit_of] : {std::pair{"gamma", &gamma_circuit<double>},
+                                         std::pair{"inverse_gamma", &inverse_gamma_circuit<double>}}) {
+    SCOPED_TRACE(name);
+    const std::string motor = machine_file(files, "motor.toml", keys + "circuit = \"" + name + "\"\n");
+    const EcuConfig config = load_ecu_config(ecu_file(files, motor));
+    const LeakageCircuit<> circuit = circuit_of(machine_of(config));
+    EXPECT_NEAR(circuit.l_m, 0.1, 1e-15);
+    EXPECT_NEAR(circuit.l_sigma, 0.01, 1e-15);
+    EXPECT_NEAR(circuit.r_r, 2, 1e-14);
+    EXPECT_EQ(machine_of(config).r_s, 1);
+    EXPECT_EQ(machine_of(config).l_ls, machine_of(config).l_lr);
+    EXPECT_EQ(config.drive.drive.torque_monitor.machine.r_r, machine_of(config).r_r) << "of every part";
+    const std::string printed = print_config(config);
+    EXPECT_THAT(printed, HasSubstr(std::string{"\ncircuit = \""} + name + "\""));
+    const EcuConfig again = load_ecu_config(files.write("printed.toml", printed));
+    EXPECT_EQ(print_config(again), printed);
+    EXPECT_EQ(machine_of(again).l_m, machine_of(config).l_m);
+  }
+}
+
+TEST(MachineConfig, ReactancesAreThoseOfTheCircuit) {
+  const ConfigFiles files;
+  const std::string motor = machine_file(
+      files, "motor.toml",
+      "circuit = \"inverse_gamma\"\nx_m_ohm = 30\nx_sigma_ohm = 4\nreactance_frequency_hz = 50\n");
+  const LeakageCircuit<> circuit = inverse_gamma_circuit(machine_of(load_ecu_config(ecu_file(files, motor))));
+  EXPECT_NEAR(circuit.l_m, 30 / (100 * std::numbers::pi), 1e-15);
+  EXPECT_NEAR(circuit.l_sigma, 4 / (100 * std::numbers::pi), 1e-15);
+}
+
+TEST(MachineConfig, TheEstimateHasTheCircuitOfTheMachineUnlessItSaysAnother) {
+  const ConfigFiles files;
+  const std::string motor =
+      machine_file(files, "motor.toml", "circuit = \"gamma\"\nl_m_h = 0.1\nl_sigma_h = 0.01\n");
+  const auto estimate = [&](const std::string& lines) {
+    const std::string file = ecu_file(files, motor, "[control.machine_estimate]\n" + lines);
+    return load_ecu_config(file).drive.direct_torque().machine;
+  };
+  const auto unchanged = estimate("");
+  const LeakageCircuit<> gamma = gamma_circuit(estimate("r_r_ohm = 3\n"));
+  EXPECT_NEAR(gamma.r_r, 3, 1e-14);
+  EXPECT_NEAR(gamma.l_m, 0.1, 1e-15);
+  EXPECT_NEAR(gamma.l_sigma, 0.01, 1e-15);
+  EXPECT_EQ(estimate("circuit = \"T\"\nr_r_ohm = 3\n").r_r, 3);
+  EXPECT_EQ(estimate("circuit = \"T\"\nr_r_ohm = 3\n").l_ls, unchanged.l_ls);
+  const LeakageCircuit<> inverse =
+      inverse_gamma_circuit(estimate("circuit = \"inverse_gamma\"\nl_m_h = 0.08\n"));
+  EXPECT_NEAR(inverse.l_m, 0.08, 1e-15);
+  EXPECT_NEAR(inverse.l_sigma, inverse_gamma_circuit(unchanged).l_sigma, 1e-15);
+  EXPECT_EQ(estimate("circuit = \"inverse_gamma\"\nr_s_ohm = 5\n").l_m, unchanged.l_m) << "to the bit";
+}
+
+TEST(MachineConfig, KeysOfAnotherCircuitAreRefused) {
+  const ConfigFiles files;
+  const auto why = [&](const std::string& lines) {
+    const std::string motor = machine_file(files, "motor.toml", lines);
+    return refusal([&, ecu = ecu_file(files, motor)] { (void)load_ecu_config(ecu); });
+  };
+  const std::string t = "l_ls_h = 0.01\nl_lr_h = 0.01\nl_m_h = 0.1\n";
+  EXPECT_EQ(why(t), "accepted");
+  EXPECT_THAT(why(t + "l_sigma_h = 0.01\n"),
+              HasSubstr("motor.toml:8: l_sigma_h: the circuit of this machine is \"T\", which has l_ls_h and "
+                        "l_lr_h instead: give that, or another circuit"));
+  const std::string gamma = "circuit = \"gamma\"\nl_m_h = 0.1\n";
+  EXPECT_EQ(why(gamma + "l_sigma_h = 0.01\n"), "accepted");
+  EXPECT_THAT(why(gamma),
+              HasSubstr("motor.toml: x_sigma_ohm: missing, expected a number here or in l_sigma_h"));
+  EXPECT_THAT(why(gamma + "l_sigma_h = 0.01\nl_lr_h = 0.005\n"),
+              HasSubstr("motor.toml:8: l_lr_h: the circuit of this machine is \"gamma\", which has l_sigma_h "
+                        "instead"));
+  EXPECT_THAT(
+      why("circuit = \"pi\"\n" + t),
+      HasSubstr("motor.toml:5: circuit: expected \"T\" or \"gamma\" or \"inverse_gamma\", got \"pi\""));
+  EXPECT_THAT(why(gamma + "l_sigma_h = 10\n"), HasSubstr("give all in the same unit"));
 }
 
 }  // namespace

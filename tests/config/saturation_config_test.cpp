@@ -75,5 +75,39 @@ TEST(SaturationConfig, TheExactIntegratorIsRefused) {
   EXPECT_THAT(stage.validate(), HasSubstr("machines without saturation only"));
 }
 
+TEST(SaturationConfig, PointsAndLeakageGoToThePlant) {
+  const Settings settings{"plant.saturation.points=[[0.5, 5.5], [0.9, 10.5], [1.1, 16], [1.25, 28]]",
+                          "plant.saturation.leakage.knee_wb=0.15", "plant.saturation.leakage.exponent=3"};
+  const DrivePlantParameters<> plant = load_ecu_config(shipped_ecu, settings).drive.plant.plant;
+  EXPECT_EQ(plant.points, (MagnetisingPoints<>{{{0.5, 5.5}, {0.9, 10.5}, {1.1, 16}, {1.25, 28}}}));
+  EXPECT_EQ(plant.leakage, (LeakageSaturation<>{0.15, 3}));
+  EXPECT_EQ(load_plant_config(shipped_plant, settings).plant.plant.points, plant.points);
+  EXPECT_EQ(load_scenario_config(shipped_scenario, settings).drive.plant.plant.leakage, plant.leakage);
+  EXPECT_TRUE(SimulatedPowerStage::Plant{plant}.machine().has_saturated_leakage());
+  const ConfigFiles files;
+  const std::string printed = print_config(load_ecu_config(shipped_ecu, settings));
+  EXPECT_EQ(print_config(load_ecu_config(files.write("printed.toml", printed))), printed);
+}
+
+TEST(SaturationConfig, PointsThatMakeNoCurveAreRefused) {
+  const std::string key = "plant.saturation.points=";
+  const auto why = [&](const std::string& points, const Settings& more = {}) {
+    Settings settings{key + points};
+    settings.insert(settings.end(), more.begin(), more.end());
+    return ecu_refusal(shipped_ecu, settings);
+  };
+  EXPECT_THAT(why("[[1, 10]]"), HasSubstr("plant.saturation: the points of the saturation must be none, or"));
+  EXPECT_THAT(why("[[1, 10], [0.9, 20]]"), HasSubstr("must rise from above zero in flux and current"));
+  EXPECT_THAT(why("[[0, 0], [1, 20]]"), HasSubstr("plant.saturation.points: expected"));
+  EXPECT_THAT(why("[[1, 10], [1.2, 11]]"), HasSubstr("must end where the current rises more than"));
+  EXPECT_THAT(why("[[1, 0.5], [1.2, 11]]"),
+              HasSubstr("plant.saturation.points: the points of the saturation make"));
+  EXPECT_THAT(why("[[1, 10], [1.2, 20]]", {"plant.saturation.knee_wb=1"}), HasSubstr("not by both"));
+  EXPECT_THAT(why("[[1, 10], [1.2, 20]]", {"plant.integrator=exact"}),
+              HasSubstr("with saturation.points it must be"));
+  EXPECT_THAT(ecu_refusal(shipped_ecu, {"plant.saturation.leakage.knee_wb=0.1", "plant.integrator=exact"}),
+              HasSubstr("with saturation.leakage.knee_wb above 0 it must be"));
+}
+
 }  // namespace
 }  // namespace sextant

@@ -377,8 +377,8 @@ TEST(DcLink, JacobianIsTheSlopeOfTheRightHandSide) {
   EXPECT_NEAR(j(Plant::psi_s_beta, u), unit.beta, 1e-6);
   // C du/dt = −3/2 (u_s/u) · i_s
   EXPECT_NEAR(j(u, Plant::psi_s_alpha),
-              -1.5 * unit.alpha / 100e-6 * plant.machine().inverse_inductance({}).across,
-              1e-4 / 100e-6 * plant.machine().inverse_inductance({}).across);
+              -1.5 * unit.alpha / 100e-6 * plant.machine().inverse_inductance({}, {}).across,
+              1e-4 / 100e-6 * plant.machine().inverse_inductance({}, {}).across);
 }
 
 TEST(DcLink, FloatAgreesWithDouble) {

@@ -206,7 +206,7 @@ TEST_F(RandomMachines, InverseInductanceIsTheSlopeOfTheCurrent) {
       return 0.5e6 * (saturating.stator_current(psi_s + 1e-6 * step, {}) -
                       saturating.stator_current(psi_s - 1e-6 * step, {}));
     };
-    const auto inverse = saturating.inverse_inductance(psi_s);
+    const auto inverse = saturating.inverse_inductance(psi_s, {});
     const double scale = inverse.across + inverse.added_along;
     EXPECT_LT(magnitude(slope(unit) - scale * unit), 1e-6 * scale);
     EXPECT_LT(magnitude(slope(rotate_90(unit)) - inverse.across * rotate_90(unit)), 1e-6 * scale);

@@ -141,5 +141,6 @@ def test_a_drive_is_told_what_the_files_hold(tmp_path: Path) -> None:
     written = tomllib.loads(file.read_text(encoding="utf-8"))
     keys = told(results)
     assert set(keys) == {f"control.machine_estimate.{key}" for key in written}
+    assert written.pop("circuit") == keys["control.machine_estimate.circuit"] == "T"
     for key, value in written.items():
         assert keys[f"control.machine_estimate.{key}"] == pytest.approx(value, rel=1e-4)

@@ -1,5 +1,6 @@
 """The torque of every integrator at its defaults against an integration of its own, on eleven machines, and on three
-each whose main flux saturates, that have iron loss, and that heat.
+each whose main flux saturates, whose main flux has a table or whose leakage saturates, that have iron loss, and that
+heat.
 
 The machines are driven by a table-based direct torque control that stands here, sampled at 25 µs, which reverses its
 torque whenever the speed gets high. The switching sequence that comes of it is played to the power stage of the
@@ -19,6 +20,7 @@ import pytest
 from machines import Machine, published, random_machines
 from reference_machine import ReferenceMachines
 from scipy.integrate import solve_ivp
+from scipy.interpolate import PchipInterpolator
 from sextant_py.paths import ROOT
 
 SEED = 20261122
@@ -165,13 +167,32 @@ class IronLoss:
     frequency: float = 1.0  # electrical [rad/s]
 
 
-class GammaMachine:
-    """The Γ circuit, all leakage on the rotor's side, with the stator inductance L_su / (1 + (|psi_s|/knee)^S) and with
-    iron loss across the rotor's flux; at rest and without flux. Moved by scipy alone."""
+@dataclass(frozen=True)
+class Magnetics:
+    """Points of a no-load curve in the place of a law; knee and exponent of the leakage."""
 
-    def __init__(self, machine: Machine, tau_l: float, saturation: Saturation, iron: IronLoss) -> None:
+    points: tuple[tuple[float, float], ...] = ()  # [Wb], [A]
+    leakage_knee: float = math.inf  # [Wb]
+    leakage_exponent: int = 2
+
+
+def odd_curve(points: tuple[tuple[float, float], ...]) -> PchipInterpolator:
+    psi, current = np.array([(0.0, 0.0), *points]).T
+    return PchipInterpolator(np.r_[-psi[:0:-1], psi], np.r_[-current[:0:-1], current])
+
+
+class GammaMachine:
+    """The Γ circuit, all leakage on the rotor's side, with the stator inductance L_su / (1 + (|psi_s|/knee)^S) or that
+    of points, with a leakage inductance by the same law, and with iron loss across the rotor's flux; at rest and
+    without flux. Moved by scipy alone."""
+
+    def __init__(
+        self, machine: Machine, tau_l: float, saturation: Saturation, iron: IronLoss, magnetics: Magnetics = Magnetics()
+    ) -> None:
         self._m, self._tau_l = machine, tau_l
         self._knee, self._exponent = saturation.knee, saturation.exponent
+        self._magnetics = magnetics
+        self._curve = odd_curve(magnetics.points) if magnetics.points else None
         l_s, l_r = machine.l_ls + machine.l_m, machine.l_lr + machine.l_m
         gamma = l_s / machine.l_m
         self._l_su = l_s * (1 + (saturation.machine_flux / saturation.knee) ** saturation.exponent)
@@ -191,15 +212,20 @@ class GammaMachine:
         """By the rotor's flux and current."""
         x = self._x if x is None else x
         psi_r, d_r = complex(x[2], x[3]), self._rotor_slope(x)
-        through = (complex(x[0], x[1]) - psi_r) / self._l_sigma
+        through = self._leakage_current(x)
         iron = self._eddy * d_r + (self._hysteresis * abs(psi_r) * d_r / abs(d_r) if d_r else 0)
         if not d_r:  # held: the rotor's voltage is that of its motion alone
             iron = through + 1j * self._m.pole_pairs * x[4] * psi_r / self._r_r
         return 1.5 * self._m.pole_pairs * (psi_r.conjugate() * (through - iron)).imag
 
+    def _leakage_current(self, x: np.ndarray) -> complex:
+        psi = complex(x[0], x[1]) - complex(x[2], x[3])
+        of = self._magnetics
+        return psi / self._l_sigma * (1 + (abs(psi) / of.leakage_knee) ** of.leakage_exponent)
+
     def _rotor_slope(self, x: np.ndarray) -> complex:
-        psi_s, psi_r = complex(x[0], x[1]), complex(x[2], x[3])
-        free = self._r_r * (psi_s - psi_r) / self._l_sigma + 1j * self._m.pole_pairs * x[4] * psi_r
+        psi_r = complex(x[2], x[3])
+        free = self._r_r * self._leakage_current(x) + 1j * self._m.pole_pairs * x[4] * psi_r
         left = abs(free) - self._r_r * self._hysteresis * abs(psi_r)
         return free / abs(free) * left / (1 + self._r_r * self._eddy) if left > 0 else 0j
 
@@ -208,9 +234,12 @@ class GammaMachine:
         self._x = run.y[:, -1]
 
     def _stator_current(self, x: np.ndarray) -> complex:
-        psi_s, psi_r = complex(x[0], x[1]), complex(x[2], x[3])
-        magnetising = psi_s / self._l_su * (1 + (abs(psi_s) / self._knee) ** self._exponent)
-        return magnetising + (psi_s - psi_r) / self._l_sigma
+        psi_s = complex(x[0], x[1])
+        if self._curve is None:
+            magnetising = psi_s / self._l_su * (1 + (abs(psi_s) / self._knee) ** self._exponent)
+        else:
+            magnetising = self._curve(abs(psi_s)) * psi_s / abs(psi_s) if psi_s else 0j
+        return magnetising + self._leakage_current(x)
 
     def _slope(self, _t: float, x: np.ndarray, u_s: complex) -> list[float]:
         d_s = u_s - self._m.r_s * self._stator_current(x)
@@ -247,13 +276,40 @@ def test_a_machine_with_iron_loss_moves_as_with_scipy(
     moves_as_with_scipy(index, laws, saturation, iron)
 
 
-def moves_as_with_scipy(index: int, laws: dict, saturation: Saturation, iron: IronLoss) -> float:
+# Index of the machine; flux by the rated one, and current by that of the linear machine there.
+CURVE = ((0.2, 1.3), (0.5, 1.05), (0.8, 1.0), (1.0, 1.3), (1.2, 2.2), (2.0, 8.0))
+# Index; the curve counts; knee of the leakage by the leakage at twice the magnetising current.
+MAGNETICS = ((0, True, None), (3, False, 1.0), (8, True, 5.0))
+
+
+@pytest.mark.parametrize(("index", "has_curve", "knee"), MAGNETICS)
+def test_a_machine_with_curve_and_saturating_leakage_moves_as_with_scipy(
+    index: int, has_curve: bool, knee: float | None
+) -> None:
+    """The curve by scipy's own interpolation, whose foot the flux passes."""
+    machine = machines()[index]
+    l_s = machine.l_ls + machine.l_m
+    current = machine.flux / l_s
+    points = tuple((psi * machine.flux, more * psi * current) for psi, more in CURVE)
+    gamma = l_s / machine.l_m
+    l_sigma = gamma * machine.l_ls + gamma**2 * machine.l_lr
+    of = Magnetics(points if has_curve else (), knee * l_sigma * 2 * current if knee else math.inf, 3)
+    laws: dict = {"points": points} if has_curve else {}
+    if knee:
+        laws["leakage"] = {"knee": of.leakage_knee, "exponent": of.leakage_exponent}
+    flux = moves_as_with_scipy(index, laws, Saturation(), IronLoss(), of)
+    assert 0.6 * machine.flux < flux < points[-1][0], "beyond the foot of the curve"
+
+
+def moves_as_with_scipy(
+    index: int, laws: dict, saturation: Saturation, iron: IronLoss, magnetics: Magnetics = Magnetics()
+) -> float:
     """Over the start and the first reversals, with one vector a period: the sequence is that of the linear machine.
     Largest flux. [Wb]"""
     machine, periods = machines()[index], 1600
     vectors = reference()[0][:periods, index]
     tau_l = float(ReferenceMachines(machines()).tau_l[index])
-    plant = GammaMachine(machine, tau_l, saturation, iron)
+    plant = GammaMachine(machine, tau_l, saturation, iron, magnetics)
     truth, flux = np.zeros(periods), 0.0
     for k, vector in enumerate(vectors):
         plant.advance(2 / 3 * machine.u_dc * complex(VECTORS[vector]), 1e-9 * PERIOD_NS)

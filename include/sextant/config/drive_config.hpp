@@ -43,6 +43,14 @@ struct DriveConfig {
   SimulatedPowerStage::Parameters plant{};
   LoadConfig load{};
 
+  /// Of which circuit the keys of the machine, and those of the controller's, are.
+  [[nodiscard]] MachineCircuit machine_circuit() const noexcept {
+    return machine.circuit.value_or(MachineCircuit::t);
+  }
+  [[nodiscard]] MachineCircuit estimate_circuit() const noexcept {
+    return machine_estimate.circuit.value_or(machine_circuit());
+  }
+
   /// Of that name. Throws std::logic_error where there is none.
   [[nodiscard]] const ControlMethod& method(std::string_view name) const;
   /// The method chosen.

@@ -50,7 +50,7 @@ struct TextField {
 };
 struct ChoiceField {
   std::vector<std::string> names;
-  std::function<std::string()> get;
+  std::function<std::string()> get;  ///< empty where none is chosen
   std::function<void(std::string_view)> set;
 };
 /// A list of pairs, written [[first, second], …].
@@ -94,7 +94,7 @@ struct Field {
 struct Alternative {
   std::string first{};
   std::string second{};
-  bool required{false};
+  std::function<bool()> is_required{};  ///< asked when all files are read
 };
 
 /// A condition on the values of a section: empty when it holds, else one sentence.
@@ -305,8 +305,8 @@ class Section final : public Description {
   /// The key described last must be set.
   void required() { schema_->fields.back().required = true; }
 
-  void alternative(const std::string& first, const std::string& second, bool is_required) {
-    schema_->alternatives.push_back({path(first), path(second), is_required});
+  void alternative(const std::string& first, const std::string& second, std::function<bool()> is_required) {
+    schema_->alternatives.push_back({path(first), path(second), std::move(is_required)});
   }
 
   /// Values that follow from what was read.

@@ -21,6 +21,7 @@
 #include "sextant/plant/back_emf.hpp"
 #include "sextant/plant/drive_plant_parameters.hpp"
 #include "sextant/plant/induction_machine.hpp"
+#include "sextant/plant/inverse_inductance.hpp"
 #include "sextant/plant/inverter.hpp"
 #include "sextant/plant/plant_machine.hpp"
 
@@ -87,7 +88,6 @@ class DrivePlant {
         feels_road_{on_road_},
         drops_{parameters.drops},
         inverter_{parameters.drops.threshold_voltage} {
-    shaft_gain_ = T(0.5) * machine_.angle_gain() * inverse_inertia_;
     note_stator_resistance();
     begin(parameters.initial);
     settle_inverter();
@@ -195,10 +195,10 @@ class DrivePlant {
   /// The right-hand side, dx/dt at x.
   void derivative(const State& x, State& dx) const noexcept SEXTANT_NONBLOCKING {
     if (inverter_.voltage_is_fixed()) return fixed_derivative(x, dx);
-    derivative_at<true>(x, dx,
-                        [this, &x](SpaceVector<T> dpsi_r, SpaceVector<T> i_s) noexcept SEXTANT_NONBLOCKING {
-                          return inverter_at(x).voltage_map()(machine_.emf(dpsi_r, stator_flux(x), i_s));
-                        });
+    derivative_at<true>(
+        x, dx, [this, &x](SpaceVector<T> dpsi_r, SpaceVector<T> i_s) noexcept SEXTANT_NONBLOCKING {
+          return inverter_at(x).voltage_map()(machine_.emf(dpsi_r, stator_flux(x), rotor_flux(x), i_s));
+        });
   }
   /// The same while no leg floats, for integrators that check this once a step.
   void fixed_derivative(const State& x, State& dx) const noexcept SEXTANT_NONBLOCKING {
@@ -276,14 +276,15 @@ class DrivePlant {
 
   /// How fast the fluxes move at the present speed: the eigenvalues of their equations are no larger. [1/s]
   [[nodiscard]] T electrical_rate() const noexcept SEXTANT_NONBLOCKING {
-    return machine_.damping(psi_s()) + std::abs(machine_.pole_pairs() * x_[omega]);
+    return machine_.damping(psi_s(), psi_r()) + std::abs(machine_.pole_pairs() * x_[omega]);
   }
   /// How fast torque and speed oscillate against each other at the present fluxes, squared: at most
   ///   angle_gain |psi_s| |psi_r| / (J + J_road),
   /// by the slope of the torque by the rotor's angle; 0 where the speed is imposed. [1/s²]
   [[nodiscard]] T shaft_rate_squared() const noexcept SEXTANT_NONBLOCKING {
     if (inputs_.imposed_speed) return T(0);
-    return shaft_gain_ * (dot(psi_s(), psi_s()) + dot(psi_r(), psi_r()));
+    const T gain = T(0.5) * machine_.angle_gain(psi_s(), psi_r()) * inverse_inertia_;
+    return gain * (dot(psi_s(), psi_s()) + dot(psi_r(), psi_r()));
   }
   /// How fast an appended system that feeds back moves, squared. [1/s²]
   [[nodiscard]] T appended_rate_squared() const noexcept SEXTANT_NONBLOCKING
@@ -506,8 +507,9 @@ class DrivePlant {
   }
   static Machine machine_of(const DrivePlantParameters<T>& parameters) {
     if constexpr (std::constructible_from<Machine, InductionMachineParameters<T>, SaturationParameters<T>,
-                                          IronLossParameters<T>>)
-      return Machine{in_series(parameters), parameters.saturation, parameters.iron_loss};
+                                          IronLossParameters<T>, MagnetisingPoints<T>, LeakageSaturation<T>>)
+      return Machine{in_series(parameters), parameters.saturation, parameters.iron_loss, parameters.points,
+                     parameters.leakage};
     else if constexpr (std::constructible_from<Machine, InductionMachineParameters<T>,
                                                SaturationParameters<T>>)
       return Machine{in_series(parameters), parameters.saturation};
@@ -575,7 +577,7 @@ class DrivePlant {
     const SpaceVector<T> flux_s = stator_flux(x);
     const SpaceVector<T> flux_r = rotor_flux(x);
     const SpaceVector<T> i_r = machine_.rotor_current(flux_s, flux_r);
-    return machine_.emf(machine_.rotor_flux_derivative(i_r, flux_r, x[omega]), flux_s,
+    return machine_.emf(machine_.rotor_flux_derivative(i_r, flux_r, x[omega]), flux_s, flux_r,
                         machine_.stator_current(flux_s, flux_r));
   }
   using Block = Eigen::Matrix<T, 2, 2>;
@@ -600,6 +602,11 @@ class DrivePlant {
     slopes.by_rotor =
         (p * x[omega]) * turn - m.r_r * (T(1) / m.l_r() + k_r * k_r * inverse_sigma_l_s) * Block::Identity();
     slopes.by_speed = Column{-p * r.beta, p * r.alpha};
+    if (machine_.has_saturated_leakage()) {
+      const Block by_current = m.r_r * machine_.gamma() * added_leakage(x);
+      slopes.by_stator += by_current;
+      slopes.by_rotor -= machine_.gamma() * by_current;
+    }
     if (machine_.has_iron_loss()) add_iron_loss(x, slopes);
     return slopes;
   }
@@ -631,14 +638,41 @@ class DrivePlant {
     slopes.iron_torque *= gain;
   }
   /// −R_s di_s/dpsi_s beyond that of the linear machine.
-  void add_saturation(SpaceVector<T> flux_s, Jacobian& j) const noexcept SEXTANT_NONBLOCKING {
+  void add_saturation(SpaceVector<T> flux_s, SpaceVector<T> flux_r,
+                      Jacobian& j) const noexcept SEXTANT_NONBLOCKING {
     const InductionMachineParameters<T>& m = machine_.parameters();
-    const auto inverse = machine_.inverse_inductance(flux_s);
-    const T square = dot(flux_s, flux_s);
+    const InverseInductance<T> inverse = machine_.inverse_inductance(flux_s, flux_r);
+    const T square = dot(inverse.axis, inverse.axis);
     const T along = square > T(0) ? m.r_s * inverse.added_along / square : T(0);
-    const Column psi{flux_s.alpha, flux_s.beta};
+    const Column axis{inverse.axis.alpha, inverse.axis.beta};
     j.template block<2, 2>(0, 0) -=
-        m.r_s * (inverse.across - T(1) / m.sigma_l_s()) * Block::Identity() + along * psi * psi.transpose();
+        m.r_s * (inverse.across - T(1) / m.sigma_l_s()) * Block::Identity() + along * axis * axis.transpose();
+  }
+  /// What saturation of the leakage adds besides to stator flux and torque, −3/2 p gamma g (psi_s × psi_r)
+  /// with the g of `added_leakage` across.
+  void add_leakage(const State& x, Jacobian& j) const noexcept SEXTANT_NONBLOCKING {
+    const InductionMachineParameters<T>& m = machine_.parameters();
+    const SpaceVector<T> s = stator_flux(x), r = rotor_flux(x);
+    j.template block<2, 2>(0, 2) += m.r_s * machine_.gamma() * added_leakage(x);
+    if (inputs_.imposed_speed) return;
+    const InverseInductance<T> added = machine_.added_leakage(s, r);
+    const SpaceVector<T> along = added.axis;
+    const T square = dot(along, along);
+    const T bend = square > T(0) ? cross(s, r) * added.added_along / square : T(0);
+    const T gain = T(-1.5) * T(m.pole_pairs) * machine_.gamma() * inverse_inertia_;
+    j(omega, psi_s_alpha) += gain * (added.across * r.beta + bend * along.alpha);
+    j(omega, psi_s_beta) += gain * (-added.across * r.alpha + bend * along.beta);
+    j(omega, psi_r_alpha) -= gain * (added.across * s.beta + machine_.gamma() * bend * along.alpha);
+    j(omega, psi_r_beta) -= gain * (-added.across * s.alpha + machine_.gamma() * bend * along.beta);
+  }
+  [[nodiscard]] Block added_leakage(const State& x) const noexcept SEXTANT_NONBLOCKING {
+    return block_of(machine_.added_leakage(stator_flux(x), rotor_flux(x)));
+  }
+  [[nodiscard]] static Block block_of(const InverseInductance<T>& inverse) noexcept SEXTANT_NONBLOCKING {
+    const T square = dot(inverse.axis, inverse.axis);
+    const Column axis{inverse.axis.alpha, inverse.axis.beta};
+    const T along = square > T(0) ? inverse.added_along / square : T(0);
+    return inverse.across * Block::Identity() + along * axis * axis.transpose();
   }
   void settle_inverter() noexcept SEXTANT_NONBLOCKING {
     if (inputs_.duties) [[unlikely]]
@@ -667,7 +701,6 @@ class DrivePlant {
   RoadLoad<T> road_load_;
   bool on_road_;       ///< the road load is not zero
   bool feels_road_;    ///< and the speed is not imposed
-  T shaft_gain_;       ///< angle_gain/(2 (J + J_road)) [1/(Wb²·s²)]
   T flux_per_volt_{};  ///< largest |psi_s| by u_dc, with the smallest R_s so far [s]
   T largest_u_dc_{};   ///< of the inputs so far, with two thresholds [V]
   ConductionDrops<T> drops_;
@@ -710,19 +743,20 @@ void DrivePlant<T, Appended, Machine>::analytic_jacobian(const State& x,
   j.template block<2, 2>(0, 2) =
       k_r * gain * rotor.by_rotor + m.r_s * k_r * inverse_sigma_l_s * Block::Identity();
   j.template block<2, 1>(0, 4) = k_r * gain * rotor.by_speed;
-  if (!machine_.is_linear()) add_saturation(s, j);
+  if (!machine_.is_linear()) add_saturation(s, r, j);
   j.template block<2, 2>(2, 0) = rotor.by_stator;
   j.template block<2, 2>(2, 2) = rotor.by_rotor;
   j.template block<2, 1>(2, 4) = rotor.by_speed;
   j(theta, omega) = T(1);
+  if (machine_.has_saturated_leakage()) add_leakage(x, j);
   if (inputs_.imposed_speed) return;
 
   // tau_e = 3/2 p k_r/σL_s (psi_r × psi_s)
   const T torque_gain = T(1.5) * p * k_r * inverse_sigma_l_s * inverse_inertia_;
-  j(omega, psi_s_alpha) = -torque_gain * r.beta;
-  j(omega, psi_s_beta) = torque_gain * r.alpha;
-  j(omega, psi_r_alpha) = torque_gain * s.beta;
-  j(omega, psi_r_beta) = -torque_gain * s.alpha;
+  j(omega, psi_s_alpha) += -torque_gain * r.beta;
+  j(omega, psi_s_beta) += torque_gain * r.alpha;
+  j(omega, psi_r_alpha) += torque_gain * s.beta;
+  j(omega, psi_r_beta) += -torque_gain * s.alpha;
   j(omega, omega) = -viscous_friction_ * inverse_inertia_;
   if (machine_.has_iron_loss()) j.template block<1, 5>(omega, 0) += inverse_inertia_ * rotor.iron_torque;
   if (on_road_) j(omega, omega) -= road_load_.slope(x[omega]) * inverse_inertia_;

@@ -7,6 +7,9 @@
 #include "sextant/plant/conduction_drops.hpp"
 #include "sextant/plant/initial_state.hpp"
 #include "sextant/plant/iron_loss_parameters.hpp"
+#include "sextant/plant/leakage_saturation.hpp"
+#include "sextant/plant/magnetising_points.hpp"
+#include "sextant/plant/main_flux.hpp"
 #include "sextant/plant/plant_inputs.hpp"
 #include "sextant/plant/road_load.hpp"
 
@@ -22,11 +25,21 @@ struct DrivePlantParameters {
   RoadLoad<T> road_load{};               ///< of the vehicle that the shaft drives; none by default
   ConductionDrops<T> drops{};            ///< of the inverter; none by default
   InitialState<T> initial{};             ///< at rest and without flux by default
+  MagnetisingPoints<T> points{};         ///< of the machine's main flux, in the place of `saturation`
+  LeakageSaturation<T> leakage{};        ///< of the machine's leakage flux; none by default
+
+  /// Whether main flux or leakage saturate.
+  [[nodiscard]] bool saturates() const noexcept {
+    return saturation.acts() || points.acts() || leakage.acts();
+  }
 
   /// nullptr when the values make a plant, else what is wrong.
   [[nodiscard]] const char* validate() const noexcept {
     if (const char* reason = machine.validate()) return reason;
     if (const char* reason = saturation.validate()) return reason;
+    if (const char* reason = points.validate()) return reason;
+    if (const char* reason = leakage.validate()) return reason;
+    if (const char* reason = validate_curve()) return reason;
     if (const char* reason = iron_loss.validate()) return reason;
     if (const char* reason = iron_loss.validate_with(largest_magnetising_inductance())) return reason;
     if (!(std::isfinite(viscous_friction) && viscous_friction >= T(0))) {
@@ -37,9 +50,27 @@ struct DrivePlantParameters {
     return drops.validate();
   }
 
-  /// Of the inverse-Γ circuit at small fluxes: at most (1 − sigma) L_su. [H]
+  /// nullptr where main flux and machine fit, else what is wrong; both are valid by themselves.
+  [[nodiscard]] const char* validate_curve() const noexcept {
+    if (saturation.acts() && points.acts())
+      return "the saturation must be given by a knee or by points, not by both";
+    if (points.acts() && !(largest_inductance_ratio() <= MagnetisingPoints<T>::largest_ratio))
+      return "the points of the saturation make the stator inductance more than ten times that of the "
+             "machine";
+    return nullptr;
+  }
+
+  /// Of the inverse-Γ circuit at small fluxes: at most (1 − sigma) L_su, and L_su where sigma gets small
+  /// because the leakage saturates. [H]
   [[nodiscard]] T largest_magnetising_inductance() const noexcept {
-    return (T(1) + saturation.excess(saturation.machine_flux)) * machine.k_r() * machine.l_m;
+    return largest_inductance_ratio() * (leakage.acts() ? machine.l_s() : machine.k_r() * machine.l_m);
+  }
+
+ private:
+  /// L_s at small fluxes by that of the machine. [-]
+  [[nodiscard]] T largest_inductance_ratio() const noexcept {
+    if (!points.acts()) return T(1) + saturation.excess(saturation.machine_flux);
+    return MainFlux<T>{saturation, points, machine.l_s()}.largest_inductance_ratio();
   }
 };
 

@@ -9,8 +9,12 @@
 #include "sextant/core/saturation_parameters.hpp"
 #include "sextant/core/space_vector.hpp"
 #include "sextant/plant/back_emf.hpp"
+#include "sextant/plant/inverse_inductance.hpp"
 #include "sextant/plant/iron_loss.hpp"
 #include "sextant/plant/iron_loss_parameters.hpp"
+#include "sextant/plant/leakage_saturation.hpp"
+#include "sextant/plant/magnetising_points.hpp"
+#include "sextant/plant/main_flux.hpp"
 
 namespace sextant {
 
@@ -38,27 +42,37 @@ struct ElectricalRates {
 /// Stationary frame, amplitude-invariant space vectors, rotor quantities referred to the stator. Source:
 /// P. Vas, "Sensorless Vector and Direct Torque Control", Oxford, 1998, chapter 1.
 ///
-/// The main flux saturates on request (`SaturationCurve`): a current along psi_s is added to i_s, so that the
-/// inverse transient inductance di_s/dpsi_s gets larger, and most along psi_s (`BackEmf`). Iron loss on
-/// request (`IronLoss`) shortens dpsi_r/dt; what is the rotor's current above is then that of rotor and iron,
-/// and `iron_branch` parts them. Everything else is as written above.
+/// The main flux saturates on request (`SaturationCurve`, `MagnetisingTable`): a current along psi_s is added
+/// to i_s, so that the inverse transient inductance di_s/dpsi_s gets larger, and most along psi_s
+/// (`BackEmf`). So does the leakage flux (`LeakageSaturation`): with gamma = L_s/L_m a current i along psi_s
+/// − gamma psi_r, the leakage flux of the Γ circuit, is added to i_s, and −gamma i to i_r. Both are gradients
+/// of an energy that depends on a magnitude alone, so that the field stays without loss. Iron loss on request
+/// (`IronLoss`) shortens dpsi_r/dt; what is the rotor's current above is then that of rotor and iron, and
+/// `iron_branch` parts them. Everything else is as written above.
 template <class T = double>
 class InductionMachine {
  public:
   /// By default the magnetics are linear and without loss.
   constexpr explicit InductionMachine(const InductionMachineParameters<T>& parameters,
                                       const SaturationParameters<T>& saturation = {},
-                                      const IronLossParameters<T>& iron_loss = {}) noexcept
+                                      const IronLossParameters<T>& iron_loss = {},
+                                      const MagnetisingPoints<T>& points = {},
+                                      const LeakageSaturation<T>& leakage = {}) noexcept
       : parameters_{parameters},
         inverse_sigma_l_s_{T(1) / parameters.sigma_l_s()},
         inverse_sigma_l_r_{parameters.l_s() / (parameters.l_r() * parameters.sigma_l_s())},
         coupling_{parameters.k_r() / parameters.sigma_l_s()},
         k_r_{parameters.k_r()},
         pole_pairs_{T(parameters.pole_pairs)},
+        angle_gain_{T(1.5) * pole_pairs_ * pole_pairs_ * parameters.k_r() / parameters.sigma_l_s()},
         iron_loss_{iron_loss, parameters},
         damping_{parameters.r_s * inverse_sigma_l_s_ + parameters.r_r * inverse_sigma_l_r_ +
                  iron_loss_.damping()},
-        saturation_{saturation, parameters.l_s()} {}
+        saturates_{saturation.acts() || points.acts() || leakage.acts()},
+        leakage_saturates_{leakage.acts()},
+        gamma_{parameters.l_s() / parameters.l_m},
+        main_{saturation, points, parameters.l_s()},
+        leakage_{leakage.law(), gamma_ / coupling_} {}
 
   /// Replaces the resistances [Ω]. Inductances, and the iron's own resistances, stay.
   constexpr void set_resistances(T r_s, T r_r) noexcept SEXTANT_NONBLOCKING {
@@ -70,7 +84,10 @@ class InductionMachine {
 
   /// The currents are linear in the flux linkages, and these move as `electrical_rates` has it.
   [[nodiscard]] constexpr bool is_linear() const noexcept SEXTANT_NONBLOCKING {
-    return !saturation_.acts() && !iron_loss_.acts();
+    return !saturates_ && !iron_loss_.acts();
+  }
+  [[nodiscard]] constexpr bool has_saturated_leakage() const noexcept SEXTANT_NONBLOCKING {
+    return leakage_saturates_;
   }
   [[nodiscard]] constexpr bool has_iron_loss() const noexcept SEXTANT_NONBLOCKING {
     return iron_loss_.acts();
@@ -80,23 +97,28 @@ class InductionMachine {
   [[nodiscard]] constexpr SpaceVector<T> stator_current(
       SpaceVector<T> psi_s, SpaceVector<T> psi_r) const noexcept SEXTANT_NONBLOCKING {
     const SpaceVector<T> i_s = inverse_sigma_l_s_ * psi_s - coupling_ * psi_r;
-    if (saturation_.acts()) [[unlikely]]
-      return saturated_current(i_s, psi_s);
+    if (saturates_) [[unlikely]]
+      return saturated_current(i_s, psi_s, psi_r);
     return i_s;
   }
 
-  /// i_r = psi_r / σL_r − L_m/(L_s L_r − L_m²) psi_s; with iron loss that of rotor and iron. [A]
+  /// i_r = psi_r / σL_r − L_m/(L_s L_r − L_m²) psi_s, and what saturation of the leakage adds; with iron loss
+  /// that of rotor and iron. [A]
   [[nodiscard]] constexpr SpaceVector<T> rotor_current(
       SpaceVector<T> psi_s, SpaceVector<T> psi_r) const noexcept SEXTANT_NONBLOCKING {
-    return inverse_sigma_l_r_ * psi_r - coupling_ * psi_s;
+    const SpaceVector<T> i_r = inverse_sigma_l_r_ * psi_r - coupling_ * psi_s;
+    if (leakage_saturates_) [[unlikely]]
+      return saturated_rotor_current(i_r, psi_s, psi_r);
+    return i_r;
   }
 
   /// psi_s = σL_s i_s + k_r psi_r, less what saturation takes: the stator flux linkage that goes with a
   /// stator current. [Wb]
   [[nodiscard]] constexpr SpaceVector<T> stator_flux(SpaceVector<T> i_s, SpaceVector<T> psi_r) const noexcept
       SEXTANT_NONBLOCKING {
-    if (saturation_.acts()) [[unlikely]]
-      return saturated_flux(i_s + coupling_ * psi_r);
+    if (saturates_) [[unlikely]]
+      return main_.is_table() || leakage_saturates_ ? solved_flux(i_s, psi_r)
+                                                    : saturated_flux(i_s + coupling_ * psi_r);
     return parameters_.sigma_l_s() * i_s + k_r_ * psi_r;
   }
 
@@ -137,11 +159,11 @@ class InductionMachine {
   }
 
   /// Back-EMF behind the transient inductance, e = k_r dpsi_r/dt. With saturation di_s/dpsi_s takes the place
-  /// of 1/σL_s, and e = (di_s/dpsi_s)⁻¹ L_m/(L_s L_r − L_m²) dpsi_r/dt. [V]
-  [[nodiscard]] constexpr BackEmf<T> emf(SpaceVector<T> dpsi_r, SpaceVector<T> psi_s,
+  /// of 1/σL_s, and e = −(di_s/dpsi_s)⁻¹ di_s/dpsi_r dpsi_r/dt. [V]
+  [[nodiscard]] constexpr BackEmf<T> emf(SpaceVector<T> dpsi_r, SpaceVector<T> psi_s, SpaceVector<T> psi_r,
                                          SpaceVector<T> i_s) const noexcept SEXTANT_NONBLOCKING {
-    if (saturation_.acts()) [[unlikely]]
-      return saturated_emf(dpsi_r, psi_s, i_s);
+    if (saturates_) [[unlikely]]
+      return saturated_emf(dpsi_r, psi_s, psi_r, i_s);
     return k_r_ * dpsi_r;
   }
 
@@ -156,30 +178,46 @@ class InductionMachine {
   [[nodiscard]] constexpr T magnetic_energy(SpaceVector<T> psi_s,
                                             SpaceVector<T> psi_r) const noexcept SEXTANT_NONBLOCKING {
     const SpaceVector<T> i_s = inverse_sigma_l_s_ * psi_s - coupling_ * psi_r;
-    const T linear = T(0.75) * (dot(psi_s, i_s) + dot(psi_r, rotor_current(psi_s, psi_r)));
-    return saturation_.acts() ? linear + T(1.5) * saturation_.added_energy(psi_s) : linear;
+    const SpaceVector<T> i_r = inverse_sigma_l_r_ * psi_r - coupling_ * psi_s;
+    const T linear = T(0.75) * (dot(psi_s, i_s) + dot(psi_r, i_r));
+    if (!saturates_) return linear;
+    const T main = linear + T(1.5) * main_.added_energy(psi_s);
+    return leakage_saturates_ ? main + T(1.5) * leakage_.added_energy(leakage_flux(psi_s, psi_r)) : main;
   }
 
-  /// di_s/dpsi_s at a stator flux: what it is across psi_s, and by how much it is larger along psi_s.
-  struct InverseInductance {
-    T across{};       ///< [1/H]
-    T added_along{};  ///< [1/H]
-  };
-  [[nodiscard]] constexpr InverseInductance inverse_inductance(SpaceVector<T> psi_s) const noexcept
-      SEXTANT_NONBLOCKING {
-    if (!saturation_.acts()) return {inverse_sigma_l_s_, T(0)};
-    return {inverse_sigma_l_s_ + saturation_.added(psi_s), saturation_.added_along(psi_s)};
+  /// di_s/dpsi_s: with saturation of the main flux alone by the law larger along psi_s.
+  [[nodiscard]] constexpr InverseInductance<T> inverse_inductance(
+      SpaceVector<T> psi_s, SpaceVector<T> psi_r) const noexcept SEXTANT_NONBLOCKING {
+    if (!saturates_) return {inverse_sigma_l_s_, T(0), {}};
+    const InverseInductance<T> main{inverse_sigma_l_s_ + main_.added(psi_s), main_.added_along(psi_s), psi_s};
+    if (!main_.is_table() && !leakage_saturates_) return main;
+    return main + added_leakage(psi_s, psi_r);
   }
+  /// What saturation of the leakage adds to di_s/dpsi_s; zero without.
+  [[nodiscard]] constexpr InverseInductance<T> added_leakage(
+      SpaceVector<T> psi_s, SpaceVector<T> psi_r) const noexcept SEXTANT_NONBLOCKING {
+    if (!leakage_saturates_) return {};
+    const SpaceVector<T> psi_sigma = leakage_flux(psi_s, psi_r);
+    return {leakage_.added(psi_sigma), leakage_.added_along(psi_sigma), psi_sigma};
+  }
+  /// psi_s − gamma psi_r, the leakage flux linkage of the Γ circuit. [Wb]
+  [[nodiscard]] constexpr SpaceVector<T> leakage_flux(
+      SpaceVector<T> psi_s, SpaceVector<T> psi_r) const noexcept SEXTANT_NONBLOCKING {
+    return psi_s - gamma_ * psi_r;
+  }
+  /// L_s/L_m. [-]
+  [[nodiscard]] constexpr T gamma() const noexcept SEXTANT_NONBLOCKING { return gamma_; }
   /// How fast the fluxes settle at standstill at most, R_s di_s/dpsi_s + R_r/σL_r along psi_s, and what
   /// hysteresis adds; not below that of the machine without saturation. [1/s]
-  [[nodiscard]] constexpr T damping(SpaceVector<T> psi_s) const noexcept SEXTANT_NONBLOCKING {
-    if (saturation_.acts()) [[unlikely]]
-      return saturated_damping(psi_s);
+  [[nodiscard]] constexpr T damping(SpaceVector<T> psi_s,
+                                    SpaceVector<T> psi_r) const noexcept SEXTANT_NONBLOCKING {
+    if (saturates_) [[unlikely]]
+      return saturated_damping(psi_s, psi_r);
     return damping_;
   }
   /// The largest stator inductance, that of small fluxes. [H]
   [[nodiscard]] constexpr T largest_inductance() const noexcept SEXTANT_NONBLOCKING {
-    return saturation_.largest_inductance_ratio() * parameters_.l_s();
+    return main_.largest_inductance_ratio() * parameters_.l_s();
   }
 
   /// Of the machine without saturation and iron loss.
@@ -191,9 +229,13 @@ class InductionMachine {
   [[nodiscard]] constexpr T pole_pairs() const noexcept SEXTANT_NONBLOCKING { return pole_pairs_; }  ///< [-]
   /// R_s. [Ω]
   [[nodiscard]] constexpr T stator_resistance() const noexcept SEXTANT_NONBLOCKING { return parameters_.r_s; }
-  /// The largest slope of the torque by the rotor's angle is |psi_s| |psi_r| times 3/2 p² k_r/σL_s. [1/H]
-  [[nodiscard]] constexpr T angle_gain() const noexcept SEXTANT_NONBLOCKING {
-    return T(1.5) * pole_pairs_ * pole_pairs_ * parameters_.k_r() / parameters_.sigma_l_s();
+  /// The largest slope of the torque by the rotor's angle is |psi_s| |psi_r| times 3/2 p² k_r/σL_s; with
+  /// saturation of the leakage its slope takes the place of the leakage inductance. [1/H]
+  [[nodiscard]] constexpr T angle_gain(SpaceVector<T> psi_s,
+                                       SpaceVector<T> psi_r) const noexcept SEXTANT_NONBLOCKING {
+    if (leakage_saturates_) [[unlikely]]
+      return angle_gain_ * (T(1) + (gamma_ / coupling_) * largest_added_leakage(psi_s, psi_r));
+    return angle_gain_;
   }
 
   [[nodiscard]] constexpr const InductionMachineParameters<T>& parameters() const noexcept
@@ -212,13 +254,35 @@ class InductionMachine {
 
   /// i_s: of the linear machine. [A]
   [[nodiscard, gnu::noinline]] SpaceVector<T> saturated_current(
-      SpaceVector<T> i_s, SpaceVector<T> psi_s) const noexcept SEXTANT_NONBLOCKING {
-    return i_s + saturation_.added(psi_s) * psi_s;
+      SpaceVector<T> i_s, SpaceVector<T> psi_s, SpaceVector<T> psi_r) const noexcept SEXTANT_NONBLOCKING {
+    const SpaceVector<T> i = i_s + main_.added(psi_s) * psi_s;
+    if (!leakage_saturates_) return i;
+    const SpaceVector<T> psi_sigma = leakage_flux(psi_s, psi_r);
+    return i + leakage_.added(psi_sigma) * psi_sigma;
+  }
+  /// i_r: of the linear machine. [A]
+  [[nodiscard, gnu::noinline]] SpaceVector<T> saturated_rotor_current(
+      SpaceVector<T> i_r, SpaceVector<T> psi_s, SpaceVector<T> psi_r) const noexcept SEXTANT_NONBLOCKING {
+    const SpaceVector<T> psi_sigma = leakage_flux(psi_s, psi_r);
+    return i_r - (gamma_ * leakage_.added(psi_sigma)) * psi_sigma;
+  }
+  /// Of `added_leakage`, along its axis. [1/H]
+  [[nodiscard]] T largest_added_leakage(SpaceVector<T> psi_s,
+                                        SpaceVector<T> psi_r) const noexcept SEXTANT_NONBLOCKING {
+    const InverseInductance<T> added = added_leakage(psi_s, psi_r);
+    return added.across + added.added_along;
   }
 
-  [[nodiscard, gnu::noinline]] T saturated_damping(SpaceVector<T> psi_s) const noexcept SEXTANT_NONBLOCKING {
-    const T added = saturation_.added(psi_s) + saturation_.added_along(psi_s);
-    return damping_ + parameters_.r_s * std::max(T(0), added);
+  [[nodiscard, gnu::noinline]] T saturated_damping(SpaceVector<T> psi_s,
+                                                   SpaceVector<T> psi_r) const noexcept SEXTANT_NONBLOCKING {
+    if (!main_.is_table() && !leakage_saturates_) {
+      const T added = main_.added(psi_s) + main_.added_along(psi_s);
+      return damping_ + parameters_.r_s * std::max(T(0), added);
+    }
+    const InverseInductance<T> inverse = inverse_inductance(psi_s, psi_r);
+    const T added = inverse.across + inverse.added_along - inverse_sigma_l_s_;
+    return damping_ + parameters_.r_s * std::max(T(0), added) +
+           parameters_.r_r * gamma_ * gamma_ * largest_added_leakage(psi_s, psi_r);
   }
 
   /// Solves (1/σL_s + g(|psi_s|)) psi_s = source by Newton's method on the magnitude. The left side is convex
@@ -227,12 +291,11 @@ class InductionMachine {
       SEXTANT_NONBLOCKING {
     constexpr int most_iterations = 100;
     const T current = magnitude(source);
-    T psi =
-        std::min(current / (inverse_sigma_l_s_ + saturation_.added({})), saturation_.largest_flux(current));
+    T psi = std::min(current / (inverse_sigma_l_s_ + main_.added({})), main_.curve().largest_flux(current));
     if (!(psi > T(0))) return {};
     const SpaceVector<T> along = (T(1) / current) * source;
     for (int n = 0; n < most_iterations; ++n) {
-      const InverseInductance inverse = inverse_inductance({psi, T(0)});
+      const InverseInductance<T> inverse = inverse_inductance({psi, T(0)}, {});
       const T next = psi - (inverse.across * psi - current) / (inverse.across + inverse.added_along);
       if (!(next < psi)) break;
       psi = next;
@@ -240,13 +303,40 @@ class InductionMachine {
     return psi * along;
   }
 
+  /// The stator flux linkage of i_s where the curve along psi_s is not convex, or the leakage saturates. The
+  /// current is the gradient of a strictly convex energy, so that along each step of Newton's method its
+  /// distance from i_s falls at first; the step is halved until it has fallen.
+  [[nodiscard, gnu::noinline]] SpaceVector<T> solved_flux(
+      SpaceVector<T> i_s, SpaceVector<T> psi_r) const noexcept SEXTANT_NONBLOCKING {
+    constexpr int most_iterations = 300, most_halvings = 40;
+    SpaceVector<T> psi_s = parameters_.sigma_l_s() * i_s + k_r_ * psi_r;
+    SpaceVector<T> rest = stator_current(psi_s, psi_r) - i_s;
+    for (int n = 0; n < most_iterations; ++n) {
+      SpaceVector<T> step = inverse_inductance(psi_s, psi_r).flux(rest);
+      bool falls = false;
+      for (int halvings = 0; halvings < most_halvings && !falls; ++halvings, step = T(0.5) * step) {
+        const SpaceVector<T> next = psi_s - step;
+        const SpaceVector<T> next_rest = stator_current(next, psi_r) - i_s;
+        falls = dot(next_rest, next_rest) < dot(rest, rest);
+        if (!falls) continue;
+        psi_s = next;
+        rest = next_rest;
+      }
+      if (!falls) break;
+    }
+    return psi_s;
+  }
+
   [[nodiscard, gnu::noinline]] BackEmf<T> saturated_emf(
-      SpaceVector<T> dpsi_r, SpaceVector<T> psi_s, SpaceVector<T> i_s) const noexcept SEXTANT_NONBLOCKING {
-    const InverseInductance inverse = inverse_inductance(psi_s);
-    const T square = dot(psi_s, psi_s);
-    const SpaceVector<T> q =
-        square > T(0) ? std::sqrt(inverse.added_along / (inverse.across * square)) * psi_s : SpaceVector<T>{};
-    const SpaceVector<T> e = (coupling_ / inverse.across) * dpsi_r;
+      SpaceVector<T> dpsi_r, SpaceVector<T> psi_s, SpaceVector<T> psi_r,
+      SpaceVector<T> i_s) const noexcept SEXTANT_NONBLOCKING {
+    const InverseInductance<T> inverse = inverse_inductance(psi_s, psi_r);
+    const T square = dot(inverse.axis, inverse.axis);
+    const SpaceVector<T> q = square > T(0)
+                                 ? std::sqrt(inverse.added_along / (inverse.across * square)) * inverse.axis
+                                 : SpaceVector<T>{};
+    SpaceVector<T> e = (coupling_ / inverse.across) * dpsi_r;
+    if (leakage_saturates_) e = e + (gamma_ / inverse.across) * added_leakage(psi_s, psi_r)(dpsi_r);
     return {e - (dot(q, e) / (T(1) + dot(q, q))) * q, parameters_.r_s * i_s, q};
   }
 
@@ -256,9 +346,14 @@ class InductionMachine {
   T coupling_;           ///< L_m/(L_s L_r − L_m²) [1/H]
   T k_r_;                ///< L_m/L_r [-]
   T pole_pairs_;         ///< p [-]
+  T angle_gain_;         ///< 3/2 p² k_r/σL_s [1/H]
   IronLoss<T> iron_loss_;
-  T damping_;  ///< R_s/σL_s + R_r/σL_r, and what hysteresis adds [1/s]
-  SaturationCurve<T> saturation_;
+  T damping_;       ///< R_s/σL_s + R_r/σL_r, and what hysteresis adds [1/s]
+  bool saturates_;  ///< main flux or leakage
+  bool leakage_saturates_;
+  T gamma_;  ///< L_s/L_m [-]
+  MainFlux<T> main_;
+  SaturationCurve<T> leakage_;  ///< of the Γ circuit's leakage inductance, gamma (L_s L_r − L_m²)/L_m
 };
 
 }  // namespace sextant

@@ -24,7 +24,7 @@ concept PlantMachine =
       { machine.stator_flux(x, x) } -> std::same_as<SpaceVector<T>>;
       { machine.stator_flux_derivative(x, x) } -> std::same_as<SpaceVector<T>>;
       { machine.rotor_flux_derivative(x, x, omega_m) } -> std::same_as<SpaceVector<T>>;
-      { machine.emf(x, x, x) } -> std::same_as<BackEmf<T>>;
+      { machine.emf(x, x, x, x) } -> std::same_as<BackEmf<T>>;
       { machine.torque(x, x) } -> std::same_as<T>;
       { machine.magnetic_energy(x, x) } -> std::same_as<T>;
       { machine.is_linear() } -> std::same_as<bool>;
@@ -32,24 +32,27 @@ concept PlantMachine =
       { machine.iron_branch(x, x, omega_m).i_r } -> std::convertible_to<SpaceVector<T>>;
       { machine.iron_branch(x, x, omega_m).torque } -> std::convertible_to<T>;
       { machine.iron_branch(x, x, omega_m).power } -> std::convertible_to<T>;
-      { machine.inverse_inductance(x).across } -> std::convertible_to<T>;
-      { machine.inverse_inductance(x).added_along } -> std::convertible_to<T>;
-      { machine.damping(x) } -> std::same_as<T>;
+      { machine.inverse_inductance(x, x).across } -> std::convertible_to<T>;
+      { machine.inverse_inductance(x, x).added_along } -> std::convertible_to<T>;
+      { machine.damping(x, x) } -> std::same_as<T>;
       { machine.largest_inductance() } -> std::same_as<T>;
       { machine.electrical_rates() } -> std::same_as<ElectricalRates<T>>;
       { machine.pole_pairs() } -> std::same_as<T>;
       { machine.stator_resistance() } -> std::same_as<T>;
-      { machine.angle_gain() } -> std::same_as<T>;
+      { machine.angle_gain(x, x) } -> std::same_as<T>;
     };
 
-/// A machine with the equations of the induction machine, whose `parameters`, and `iron_slopes` where
-/// `has_iron_loss`, make the Jacobian of the plant; that of another one is made of difference quotients.
+/// A machine with the equations of the induction machine, whose `parameters`, `iron_slopes` where
+/// `has_iron_loss`, and `added_leakage` where `has_saturated_leakage`, make the Jacobian of the plant; that
+/// of another one is made of difference quotients.
 template <class Machine, class T>
 concept InductionEquations = PlantMachine<Machine, T> && requires(const Machine& machine, SpaceVector<T> x) {
   { machine.iron_slopes(x, x).along } -> std::convertible_to<T>;
   { machine.iron_slopes(x, x).across } -> std::convertible_to<T>;
   { machine.iron_slopes(x, x).by_flux } -> std::convertible_to<T>;
   { machine.parameters() } -> std::convertible_to<const InductionMachineParameters<T>&>;
+  { machine.has_saturated_leakage() } -> std::same_as<bool>;
+  { machine.added_leakage(x, x) } -> std::same_as<InverseInductance<T>>;
 };
 
 }  // namespace sextant

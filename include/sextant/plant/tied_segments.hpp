@@ -37,7 +37,7 @@ class TiedSegments {
         has_threshold_{plant.drops().threshold_voltage > T(0)} {
     for (std::size_t x = 0; x < 3; ++x) signs_[x] = at_begin_[x] < T(0) ? T(-1) : T(1);
     for (std::size_t k = 0; k < acted.size(); ++k) tied_[k] = {tied(acted[k].state), acted[k].duration_ns};
-    const auto inverse = plant.machine().inverse_inductance(plant.psi_s());
+    const auto inverse = plant.machine().inverse_inductance(plant.psi_s(), plant.psi_r());
     const T rate = plant.electrical_rate();
     const T voltage = T(2) / T(3) * (plant.u_dc() + T(2) * plant.drops().threshold_voltage);
     bend_ = rate * (rate * (magnitude(plant.psi_s()) + magnitude(plant.psi_r())) + voltage) *

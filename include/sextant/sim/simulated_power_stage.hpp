@@ -60,7 +60,7 @@ struct SimulatedPowerStageParameters {
     if (const char* problem = cvode.validate()) return problem;
     if (const char* problem = fixed.validate()) return problem;
     if (const char* problem = exact.validate()) return problem;
-    if (integrator == IntegratorKind::exact && plant.saturation.acts())
+    if (integrator == IntegratorKind::exact && plant.saturates())
       return "the exact integrator moves machines without saturation only";
     if (integrator == IntegratorKind::exact && plant.iron_loss.acts())
       return "the exact integrator moves machines without iron loss only";

@@ -15,6 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .identify_machine import t_circuit_of
+
 
 @dataclass(frozen=True)
 class Limits:
@@ -61,24 +63,16 @@ def _torque(m: Limits, sigma: float, tau_r: float, omega_m: float, slip: np.ndar
     return 1.5 * m.pole_pairs * flux**2 * abs(current.imag)
 
 
-def _inductance(configuration: dict, name: str) -> float:
-    """Of the machine, which gives it as such or as a reactance. [H]"""
-    given = configuration.get(f"machine.l_{name}_h")
-    if given is not None:
-        return given
-    return configuration[f"machine.x_{name}_ohm"] / (2 * math.pi * configuration["machine.reactance_frequency_hz"])
-
-
 def limits_of(configuration: dict, current_limit: str) -> Limits:
     """From the configuration in force of a run; current_limit: the key of the current limit, if it has one."""
-    l_m = _inductance(configuration, "m")
+    machine = t_circuit_of(configuration)
     current = configuration.get(current_limit)
     return Limits(
-        r_s=configuration["machine.r_s_ohm"],
-        r_r=configuration["machine.r_r_ohm"],
-        l_s=l_m + _inductance(configuration, "ls"),
-        l_r=l_m + _inductance(configuration, "lr"),
-        l_m=l_m,
+        r_s=machine.r_s,
+        r_r=machine.r_r,
+        l_s=machine.l_m + machine.l_ls,
+        l_r=machine.l_m + machine.l_lr,
+        l_m=machine.l_m,
         pole_pairs=configuration["machine.poles"] // 2,
         voltage=configuration["capability.voltage_use"] * configuration["plant.u_dc_v"] / math.sqrt(3),
         current=math.inf if current is None else current,

@@ -36,6 +36,20 @@ SaturationParameters<> saturation_of(const nlohmann::json& task) {
   return {.knee = j.at("knee"), .exponent = j.at("exponent"), .machine_flux = j.at("machine_flux")};
 }
 
+/// None where the task does not name some.
+MagnetisingPoints<> points_of(const nlohmann::json& task) {
+  MagnetisingPoints<> of;
+  if (task.contains("points")) of.points = task.at("points").get<std::vector<std::pair<double, double>>>();
+  return of;
+}
+
+/// None where the task does not name one.
+LeakageSaturation<> leakage_of(const nlohmann::json& task) {
+  if (!task.contains("leakage")) return {};
+  const nlohmann::json& j = task.at("leakage");
+  return {.knee = j.at("knee"), .exponent = j.at("exponent")};
+}
+
 /// None where the task does not name one.
 IronLossParameters<> iron_loss_of(const nlohmann::json& task) {
   if (!task.contains("iron_loss")) return {};
@@ -105,6 +119,8 @@ SimulatedPowerStageParameters parameters_of(const nlohmann::json& task, Integrat
   parameters.cvode.at_switching = at_switching;
   parameters.plant.machine = machine_of(task.at("machine"));
   parameters.plant.saturation = saturation_of(task);
+  parameters.plant.points = points_of(task);
+  parameters.plant.leakage = leakage_of(task);
   parameters.plant.iron_loss = iron_loss_of(task);
   parameters.plant.viscous_friction = task.value("friction", 0.0);
   parameters.link = link_of(task);
@@ -167,7 +183,7 @@ int main() {
   play("cvode, stop", IntegratorKind::cvode, AtSwitching::stop);
   play("erk", IntegratorKind::erk);
   play("fixed", IntegratorKind::fixed);
-  if (!sextant::saturation_of(task).acts() && !sextant::iron_loss_of(task).acts())
-    play("exact", IntegratorKind::exact);
+  const auto of = sextant::parameters_of(task, IntegratorKind::exact, AtSwitching::by_tolerance).plant;
+  if (!of.saturates() && !of.iron_loss.acts()) play("exact", IntegratorKind::exact);
   std::puts(result.dump().c_str());
 }
