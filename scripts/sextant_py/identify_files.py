@@ -12,6 +12,8 @@ from .identify_no_load import NoLoad
 from .identify_saturation import Saturation
 from .sweep_file import Settings
 
+CERTAIN = 3  # standard deviations by which a friction is above zero
+
 
 @dataclass(frozen=True)
 class Results:
@@ -210,11 +212,20 @@ def _saturation_report(found: Saturation | None) -> str:
     )
 
 
+def _friction(value: float, sigma: float, unit: str) -> str:
+    """With its deviation; friction within CERTAIN of zero is none that shows."""
+    if value < CERTAIN * sigma or not value:
+        return f"below {value + CERTAIN * sigma:.2g} {unit}, not distinguishable from zero"
+    return f"{value:.3g} {unit}, standard deviation {sigma:.2g} {unit}"
+
+
 def _inertia_report(found: Inertia) -> list[str]:
     return [
         f"J           {found.inertia:.5g} kg·m², standard deviation {found.sigma:.2g} kg·m², at up to "
         f"{found.fastest:.3g} rad/s",
-        f"friction    {found.coulomb_nm:.3g} N·m and {found.viscous:.3g} N·m·s, load {found.load_nm:.3g} N·m",
+        f"friction    dry {_friction(found.coulomb_nm, found.coulomb_sigma_nm, 'N·m')}",
+        f"            viscous {_friction(found.viscous, found.viscous_sigma, 'N·m·s')}",
+        f"load        {found.load_nm:.3g} N·m, standard deviation {found.load_sigma_nm:.2g} N·m",
     ]
 
 
