@@ -5,7 +5,7 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
-from . import identify_impedance, identify_saturated_tones, identify_saturation, mil_program
+from . import identify_impedance, identify_iron, identify_saturated_tones, identify_saturation, mil_program
 from .errors import run
 from .identify_files import Results, report, told, write_files
 from .identify_fit import Setup, fit
@@ -59,12 +59,14 @@ Without torque, on a shaft that stands still, the drive leads a current along ph
 On a shaft that is free to turn, and only if it is named, field-oriented control by what was found before leads
   no_load     the shaft to half of the base speed and lets it coast, five times with rising flux, which tells the
               magnetising inductance at the whole flux and how the iron saturates up to it; needs impedance
-  inertia     a torque up, down, down and up again, to a quarter of the base speed in both directions
+  inertia     a torque up, down, down and up again, to a quarter of the base speed in both directions; with no_load it
+              tells the iron loss too, by which the coasting shaft slows down the more, the more flux there is
 With --live this program starts sextant-ecu with the file, once for each course, and commands it over CAN. A current
 flows from the enable on; Ctrl-C disables the drive, which turns the gates off, and so do its protections and a command
 that does not come; a shaft that turns coasts then, and behind a whole course the drive brakes it. Files of DIR that end
 in _cycles.h5 have every control period, for sextant-ecu --replay.
-DIR/inverter.toml gets the dead time and what may be wrong of the voltage, DIR/machine.toml the machine,
+DIR/inverter.toml gets the dead time and what may be wrong of the voltage, DIR/machine.toml the machine, DIR/iron.toml
+the resistance of the iron loss, to be copied into [drive] or to be the base of a drive's file,
 DIR/identify.png a panel of each. Files of a drive take them in by [drive] inverter = "inverter.toml" and
 [control] machine_estimate = "machine.toml".
 
@@ -183,7 +185,9 @@ def measured(plant: Plant, free: Plant, options: argparse.Namespace) -> Results:
     results = at_standstill(plant, options)
     if NO_LOAD in options.only:
         results = with_no_load(results, magnetising_at_no_load(free, results))
-    return replace(results, inertia=inertia_of_shaft(free, results)) if INERTIA in options.only else results
+    if INERTIA in options.only:
+        results = replace(results, inertia=inertia_of_shaft(free, results))
+    return with_iron_loss(results, free.configuration["machine.poles"] / 2)
 
 
 def at_standstill(plant: Plant, options: argparse.Namespace) -> Results:
@@ -224,6 +228,13 @@ def with_no_load(results: Results, points: list[NoLoad]) -> Results:
     known = (levels.r_s_ohm, levels.r_s_sigma_ohm) if levels else None
     saturated = identify_saturated_tones.fit(results.impedance, whole, curve, known) if curve else None
     return replace(results, fluxes=points, saturation=curve, saturated=saturated)
+
+
+def with_iron_loss(results: Results, pole_pairs: float) -> Results:
+    """Where the shaft has coasted and its inertia is known."""
+    if not (results.fluxes and results.inertia):
+        return results
+    return replace(results, iron=identify_iron.fit(results.fluxes, results.inertia, pole_pairs))
 
 
 def inertia_of_shaft(plant: Plant, results: Results) -> Inertia:

@@ -7,6 +7,7 @@ from pathlib import Path
 from .identify_fit import Found, Level, Setup
 from .identify_impedance import Impedance, sampled_impedance
 from .identify_inertia import Inertia
+from .identify_iron import IronLoss
 from .identify_machine import InverseGamma
 from .identify_no_load import NoLoad
 from .identify_saturation import Saturation
@@ -28,6 +29,7 @@ class Results:
     saturation: Saturation | None = None
     saturated: Impedance | None = None  # by the tones on that curve
     inertia: Inertia | None = None
+    iron: IronLoss | None = None
 
     @property
     def no_load(self) -> NoLoad | None:
@@ -113,6 +115,24 @@ def _saturation_lines(found: Saturation) -> list[str]:
     ]
 
 
+def _iron_lines(found: IronLoss) -> list[str]:
+    return [
+        f"iron_loss_resistance_ohm = {found.resistance_ohm:.4g}  # {100 * found.sigma:.2g} %, at "
+        f"{found.omega_e / (2 * math.pi):.3g} Hz",
+    ]
+
+
+def _iron_report(found: IronLoss | None) -> list[str]:
+    if not found:
+        return ["iron loss   none that is certain"]
+    return [
+        f"iron loss   R_fe {found.resistance_ohm:.4g} ohm, {100 * found.sigma:.2g} %: {found.loss_w:.4g} W at the whole"
+        f" flux and {found.omega_e / (2 * math.pi):.3g} Hz",
+        f"            beside friction and load of {found.friction_nm:.3g} N·m, standard deviation "
+        f"{found.friction_sigma_nm:.2g} N·m",
+    ]
+
+
 def told(results: Results) -> Settings:
     """What the files tell a drive, as keys of its configuration."""
     settings: Settings = {}
@@ -133,7 +153,7 @@ def told(results: Results) -> Settings:
 
 
 def write_files(directory: Path, file: Path, results: Results) -> list[Path]:
-    """inverter.toml and machine.toml, of what was measured."""
+    """inverter.toml, machine.toml and iron.toml, of what was measured."""
     head = f"# Measured by sextant identify {file.name}. "
     written = []
     if results.found:
@@ -141,6 +161,11 @@ def write_files(directory: Path, file: Path, results: Results) -> list[Path]:
         lines = [f'{head}Used by [drive] inverter = "inverter.toml".', *_inverter_lines(results.found, results.setup)]
         inverter.write_text("\n".join(lines) + "\n", encoding="utf-8")
         written.append(inverter)
+    if results.iron:
+        iron = directory / "iron.toml"
+        lines = [f"{head}Copy it, or let it be the base of a drive's file.", "[drive]", *_iron_lines(results.iron)]
+        iron.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        written.append(iron)
     machine = directory / "machine.toml"
     lines = [f'{head}Used by [control] machine_estimate = "machine.toml".', *_machine_lines(results)]
     if results.saturation:
@@ -234,4 +259,6 @@ def report(results: Results) -> str:
     lines = _level_report(results.levels, results.found, results.setup) if results.found else []
     lines += _tone_report(results) if results.impedance else []
     lines += _no_load_report(results.no_load, results) if results.no_load else []
-    return "\n".join([*lines, *(_inertia_report(results.inertia) if results.inertia else [])])
+    lines += _inertia_report(results.inertia) if results.inertia else []
+    lines += _iron_report(results.iron) if results.inertia and results.fluxes else []
+    return "\n".join(lines)

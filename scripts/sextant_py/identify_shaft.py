@@ -1,12 +1,13 @@
 """The courses of `identify` that turn the shaft: field-oriented control follows a torque, without load."""
 
 import math
+from dataclasses import replace
 
 from .errors import UserError
 from .identify_inertia import Course, Inertia
 from .identify_inertia import fit as fit_inertia
 from .identify_machine import InverseGamma
-from .identify_no_load import NoLoad, current_along
+from .identify_no_load import NoLoad, acceleration, current_along
 from .identify_no_load import fit as fit_no_load
 from .identify_run import CONTROL, Plant, Steps
 from .sweep_file import Settings
@@ -14,6 +15,7 @@ from .sweep_file import Settings
 NO_LOAD, INERTIA = "no_load", "inertia"
 # Of the base speed. Without load the flux is measured by its voltage, beside which that of the inverter is to be small.
 INERTIA_SPEED, NO_LOAD_SPEED = 0.25, 0.5
+UNKNOWN_OHM = 1e9  # of the iron: the torque is that of stator flux and current, and a shaft without it shows the loss
 DRIVE_LIMIT = 1.55  # by the current of the flux, that the drive's limit has at least
 BEGIN_S = 0.1  # from the flux to the first torque
 SETTLES = 3  # time constants of the rotor until flux and current belong together
@@ -67,6 +69,7 @@ def turning(plant: Plant, name: str, told: Settings) -> Settings:
         | {
             "control.controller": "foc",
             "drive.magnetise_first": True,
+            "drive.iron_loss_resistance_ohm": UNKNOWN_OHM,
             "drive.current_limit_a": max(limit, DRIVE_LIMIT * flux_current),
         }
     )
@@ -99,4 +102,5 @@ def measure_no_load(plant: Plant, settings: Settings, course: Course, share: flo
     time, values = plant.follow(NO_LOAD, torque, counts + COUNTS_S, settings | _flux_share(share), columns)
     counted = (time >= counts) & (time <= counts + COUNTS_S + 1e-6)
     flux, speed, angle, *phases = (one[counted] for one in values)
-    return fit_no_load(flux, current_along(angle, phases), speed)
+    found = fit_no_load(flux, current_along(angle, phases), speed)
+    return replace(found, acceleration=acceleration(time[counted], speed))
