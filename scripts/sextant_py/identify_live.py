@@ -13,13 +13,13 @@ from typing import Self
 
 import numpy as np
 
-from . import ecu_configuration
+from . import printed_configuration
 from .control_unit import Vcu
-from .ecu_configuration import PROGRAM as ECU
 from .errors import EndedError, UserError
 from .identify_command import BRAKE_S, READY_S, REST_S, Commanded, Course
 from .identify_run import Plant, Steps, following_states, gaps_of, given_words, read_columns
 from .lockstep_bus import LockstepBus
+from .printed_configuration import ECU
 from .sweep_file import Settings
 from .sweep_point import clean_reason
 from .sweep_reader import flat, set_words
@@ -167,4 +167,5 @@ def live_plant(
 ) -> LivePlant:
     """The drive of a file of sextant-ecu, with these settings and what the user sets."""
     given = given_words(settings, own)
-    return LivePlant(given, flat(ecu_configuration.of(ecu, file, given)), file, ecu, directory, is_virtual)
+    tables = printed_configuration.tables_of(ecu, file, given, "the drive")
+    return LivePlant(given, flat(tables), file, ecu, directory, is_virtual)
