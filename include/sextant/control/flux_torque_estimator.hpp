@@ -141,6 +141,7 @@ class FluxTorqueEstimator {
   constexpr void take_iron_loss(const FluxTorqueEstimator& from) noexcept {
     parameters_.iron_loss_resistance = from.parameters_.iron_loss_resistance;
     iron_conductance_ = from.iron_conductance_;
+    if (iron_conductance_ > T(0)) return;
     i_fe_ = {};
     iron_torque_ = T(0);
   }
