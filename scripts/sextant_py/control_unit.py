@@ -81,7 +81,7 @@ class Vcu:
         period_s: float = PERIOD_S,
         torque_limit_nm: float | None = None,
         log: str | Path | None = None,
-        lockstep: str | Path | None = None,
+        lockstep: str | Path | LockstepBus | None = None,
         overrides: Mapping[str, Any] | None = None,
         keeps_sent: bool = False,
     ) -> None:
@@ -91,7 +91,7 @@ class Vcu:
         period_s: from frame to frame, 1 ms to 1 s [s]
         torque_limit_nm: TorqueLimit of each frame, default: the contract's largest [N·m]
         log: a file in place of a bus, for `sextant-ecu --virtual-time FILE`: no time passes, and no drive replies
-        lockstep: the configuration of a drive in virtual time, which goes on with each frame; no bus
+        lockstep: the configuration of a drive in virtual time, which goes on with each frame, or a LockstepBus; no bus
         overrides: keys of that configuration and their values
         keeps_sent: keep (time [ns], torque [N·m], enable, counter) of each frame in `sent`
         """
@@ -120,7 +120,7 @@ class Vcu:
             self._bus: Any = FrameLog(Path(log))
             self.address, self._clock = str(log), self._bus
         elif lockstep is not None:
-            self._bus = LockstepBus(Path(lockstep), words)
+            self._bus = lockstep if isinstance(lockstep, LockstepBus) else LockstepBus(Path(lockstep), words)
             self.address, self._clock = str(lockstep), self._bus
         else:
             address = can_bus.parse(bus or can_bus.default_address())

@@ -5,7 +5,7 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
-from . import identify_impedance, identify_saturated_tones, identify_saturation, mil_program
+from . import identify_impedance, identify_iron, identify_saturated_tones, identify_saturation, mil_program
 from .errors import run
 from .identify_files import Results, report, told, write_files
 from .identify_fit import Setup, fit
@@ -16,22 +16,26 @@ from .identify_no_load import NoLoad
 from .identify_picture import write_picture
 from .identify_run import (
     CONTROL,
-    INERTIA_SPEED,
-    NO_LOAD_SPEED,
     MilPlant,
     Plant,
     check_room,
     check_shaft,
     configuration_of,
     given_words,
-    magnetised_s,
-    measure_inertia,
     measure_levels,
-    measure_no_load,
     measure_tones,
     plant_of,
     settled_by,
+)
+from .identify_shaft import (
+    INERTIA,
+    INERTIA_SPEED,
+    NO_LOAD,
+    NO_LOAD_SPEED,
+    measure_inertia,
+    measure_no_load,
     shaft_course,
+    turning,
 )
 from .paths import OUT
 from .sweep_file import Settings
@@ -55,17 +59,20 @@ Without torque, on a shaft that stands still, the drive leads a current along ph
 On a shaft that is free to turn, and only if it is named, field-oriented control by what was found before leads
   no_load     the shaft to half of the base speed and lets it coast, five times with rising flux, which tells the
               magnetising inductance at the whole flux and how the iron saturates up to it; needs impedance
-  inertia     a torque up, down, down and up again, to a quarter of the base speed in both directions
-With --live this program starts sextant-ecu with the file, once for each of the first two, and commands it over CAN. A
-current flows from the enable on; Ctrl-C disables the drive, which turns the gates off, and so do its protections and a
-command that does not come. Files of DIR that end in _cycles.h5 have every control period, for sextant-ecu --replay.
-DIR/inverter.toml gets the dead time and what may be wrong of the voltage, DIR/machine.toml the machine,
+  inertia     a torque up, down, down and up again, to a quarter of the base speed in both directions; with no_load it
+              tells the iron loss too, by which the coasting shaft slows down the more, the more flux there is
+With --live this program starts sextant-ecu with the file, once for each course, and commands it over CAN. A current
+flows from the enable on; Ctrl-C disables the drive, which turns the gates off, and so do its protections and a command
+that does not come; a shaft that turns coasts then, and behind a whole course the drive brakes it. Files of DIR that end
+in _cycles.h5 have every control period, for sextant-ecu --replay.
+DIR/inverter.toml gets the dead time and what may be wrong of the voltage, DIR/machine.toml the machine, DIR/iron.toml
+the resistance of the iron loss, to be copied into [drive] or to be the base of a drive's file,
 DIR/identify.png a panel of each. Files of a drive take them in by [drive] inverter = "inverter.toml" and
 [control] machine_estimate = "machine.toml".
 
 Dead time and threshold voltage are one number at one link voltage: without --threshold-v the dead time stands for both.
 The resistance contains cables, and the slope resistance of the switches beyond drive.inverter.slope_ohm."""
-DEAD_TIME, IMPEDANCE, NO_LOAD, INERTIA = "dead_time", "impedance", "no_load", "inertia"
+DEAD_TIME, IMPEDANCE = "dead_time", "impedance"
 STANDSTILL = (DEAD_TIME, IMPEDANCE)
 PARTS = (*STANDSTILL, NO_LOAD, INERTIA)
 FAR = 1.5  # ratio of the inertia to that of the course, beyond which a course by it follows
@@ -120,8 +127,6 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
 def check_place(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None:
     """What the live drive measures, and which options are its own."""
     if options.live or options.virtual_time:
-        if turning := [name for name in options.only if name not in STANDSTILL]:
-            parser.error(f"--only: {turning[0]} is measured by sextant-mil alone, without --live and --virtual-time")
         if options.mil:
             parser.error("--mil: --live and --virtual-time run sextant-ecu; --ecu names it")
     elif options.ecu:
@@ -141,13 +146,13 @@ def plants_of(file: Path, mil: Path, directory: Path, options: argparse.Namespac
     """The drive of a file at standstill, and that with a free shaft. A load torque is that of the latter, an imposed
     speed that of the former."""
     settings = settings_of(options) | {"plant.integrator": "fixed"}
-    turning = [text for text in options.set if not text.startswith(("load.speed_rad_s", "load.kind"))]
-    free = plant_of(file, mil, directory, settings, turning)
+    unheld = [text for text in options.set if not text.startswith(("load.speed_rad_s", "load.kind"))]
+    free = plant_of(file, mil, directory, settings, unheld)
     check_shaft(free.configuration)
     at_rest = [text for text in options.set if not text.startswith("load.torque_nm")]
     held: Settings = {"load.kind": "imposed_speed", "load.speed_rad_s.value": 0}
     given = given_words(settings | held, at_rest)
-    return replace(free, given=given, configuration=configuration_of(mil, free.scenario, given)), free
+    return replace(free, given=given, configuration=configuration_of(mil, free.file, given)), free
 
 
 def setup_of(plant: Plant, options: argparse.Namespace) -> Setup:
@@ -163,17 +168,26 @@ def setup_of(plant: Plant, options: argparse.Namespace) -> Setup:
 def identified(file: Path, mil: Path, directory: Path, options: argparse.Namespace) -> Results:
     """For the drive of a file, by sextant-mil."""
     plant, free = plants_of(file, mil, directory, options)
-    results = at_standstill(plant, options)
-    if NO_LOAD in options.only:
-        results = with_no_load(results, magnetising_at_no_load(free, results))
-    return replace(results, inertia=inertia_of_shaft(free, results)) if INERTIA in options.only else results
+    return measured(plant, free, options)
 
 
 def identified_live(file: Path, directory: Path, options: argparse.Namespace) -> Results:
     """For the drive of a file, by sextant-ecu."""
     ecu = mil_program.find(options.ecu, ECU)
     settings = settings_of(options) | ({"can.bus": options.can} if options.can else {})
-    return at_standstill(live_plant(file, ecu, directory, settings, options.set, options.virtual_time), options)
+    plant = live_plant(file, ecu, directory, settings, options.set, options.virtual_time)
+    check_shaft(plant.configuration)
+    return measured(plant, plant, options)
+
+
+def measured(plant: Plant, free: Plant, options: argparse.Namespace) -> Results:
+    """By the plant whose shaft rests and that whose shaft is free, what is chosen."""
+    results = at_standstill(plant, options)
+    if NO_LOAD in options.only:
+        results = with_no_load(results, magnetising_at_no_load(free, results))
+    if INERTIA in options.only:
+        results = replace(results, inertia=inertia_of_shaft(free, results))
+    return with_iron_loss(results, free.configuration["machine.poles"] / 2)
 
 
 def at_standstill(plant: Plant, options: argparse.Namespace) -> Results:
@@ -195,13 +209,14 @@ def at_standstill(plant: Plant, options: argparse.Namespace) -> Results:
     return Results(setup, levels, found, impedance, estimate.l_ls / estimate.l_lr)
 
 
-def magnetising_at_no_load(plant: MilPlant, results: Results) -> list[NoLoad]:
+def magnetising_at_no_load(plant: Plant, results: Results) -> list[NoLoad]:
     """At rising fluxes. The drive keeps L_m of its estimate: where iron saturates the sines show less than the flux
     needs."""
     known = {key: value for key, value in told(results).items() if not key.endswith(".l_m_h")}
-    begin_s, inertia = magnetised_s(plant, NO_LOAD, known), inertia_of(plant.configuration)
-    course, speed = shaft_course(plant, plant.estimate.terminals, inertia, NO_LOAD_SPEED, begin_s)
-    points = [measure_no_load(plant, known, course, share) for share in identify_saturation.SHARES]
+    course, speed = shaft_course(plant, plant.estimate.terminals, inertia_of(plant.configuration), NO_LOAD_SPEED)
+    settings = turning(plant, NO_LOAD, known)
+    ready = plant.magnetising(NO_LOAD, settings)
+    points = [measure_no_load(ready, settings, course, share) for share in identify_saturation.SHARES]
     check_turning(min(abs(point.speed) for point in points), speed)
     return points
 
@@ -215,14 +230,22 @@ def with_no_load(results: Results, points: list[NoLoad]) -> Results:
     return replace(results, fluxes=points, saturation=curve, saturated=saturated)
 
 
-def inertia_of_shaft(plant: MilPlant, results: Results) -> Inertia:
+def with_iron_loss(results: Results, pole_pairs: float) -> Results:
+    """Where the shaft has coasted and its inertia is known."""
+    if not (results.fluxes and results.inertia):
+        return results
+    return replace(results, iron=identify_iron.fit(results.fluxes, results.inertia, pole_pairs))
+
+
+def inertia_of_shaft(plant: Plant, results: Results) -> Inertia:
     """By a second course where the first one was far from the speed that is due."""
     inertia = inertia_of(plant.configuration)
     machine = results.machine or plant.estimate.terminals
-    begin_s = magnetised_s(plant, INERTIA, told(results))
+    settings = turning(plant, INERTIA, told(results))
+    ready = plant.magnetising(INERTIA, settings)
     for _ in range(2):
-        course, speed = shaft_course(plant, machine, inertia, INERTIA_SPEED, begin_s)
-        found = measure_inertia(plant, told(results), course)
+        course, speed = shaft_course(plant, machine, inertia, INERTIA_SPEED)
+        found = measure_inertia(ready, settings, course)
         check_turning(found.fastest, speed)
         if max(found.inertia / inertia, inertia / found.inertia) < FAR:
             break

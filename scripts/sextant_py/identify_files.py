@@ -7,10 +7,13 @@ from pathlib import Path
 from .identify_fit import Found, Level, Setup
 from .identify_impedance import Impedance, sampled_impedance
 from .identify_inertia import Inertia
+from .identify_iron import IronLoss
 from .identify_machine import InverseGamma
 from .identify_no_load import NoLoad
 from .identify_saturation import Saturation
 from .sweep_file import Settings
+
+CERTAIN = 3  # standard deviations by which a friction is above zero
 
 
 @dataclass(frozen=True)
@@ -26,6 +29,7 @@ class Results:
     saturation: Saturation | None = None
     saturated: Impedance | None = None  # by the tones on that curve
     inertia: Inertia | None = None
+    iron: IronLoss | None = None
 
     @property
     def no_load(self) -> NoLoad | None:
@@ -112,6 +116,24 @@ def _saturation_lines(found: Saturation) -> list[str]:
     ]
 
 
+def _iron_lines(found: IronLoss) -> list[str]:
+    return [
+        f"iron_loss_resistance_ohm = {found.resistance_ohm:.4g}  # {100 * found.sigma:.2g} %, at "
+        f"{found.omega_e / (2 * math.pi):.3g} Hz",
+    ]
+
+
+def _iron_report(found: IronLoss | None) -> list[str]:
+    if not found:
+        return ["iron loss   none that is certain"]
+    return [
+        f"iron loss   R_fe {found.resistance_ohm:.4g} ohm, {100 * found.sigma:.2g} %: {found.loss_w:.4g} W at the whole"
+        f" flux and {found.omega_e / (2 * math.pi):.3g} Hz",
+        f"            beside friction and load of {found.friction_nm:.3g} N·m, standard deviation "
+        f"{found.friction_sigma_nm:.2g} N·m",
+    ]
+
+
 def told(results: Results) -> Settings:
     """What the files tell a drive, as keys of its configuration."""
     settings: Settings = {}
@@ -138,7 +160,7 @@ def told(results: Results) -> Settings:
 
 
 def write_files(directory: Path, file: Path, results: Results) -> list[Path]:
-    """inverter.toml and machine.toml, of what was measured."""
+    """inverter.toml, machine.toml and iron.toml, of what was measured."""
     head = f"# Measured by sextant identify {file.name}. "
     written = []
     if results.found:
@@ -146,6 +168,11 @@ def write_files(directory: Path, file: Path, results: Results) -> list[Path]:
         lines = [f'{head}Used by [drive] inverter = "inverter.toml".', *_inverter_lines(results.found, results.setup)]
         inverter.write_text("\n".join(lines) + "\n", encoding="utf-8")
         written.append(inverter)
+    if results.iron:
+        iron = directory / "iron.toml"
+        lines = [f"{head}Copy it, or let it be the base of a drive's file.", "[drive]", *_iron_lines(results.iron)]
+        iron.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        written.append(iron)
     machine = directory / "machine.toml"
     lines = [f'{head}Used by [control] machine_estimate = "machine.toml".', *_machine_lines(results)]
     if results.saturation:
@@ -217,11 +244,20 @@ def _saturation_report(found: Saturation | None) -> str:
     )
 
 
+def _friction(value: float, sigma: float, unit: str) -> str:
+    """With its deviation; friction within CERTAIN of zero is none that shows."""
+    if value < CERTAIN * sigma or not value:
+        return f"below {value + CERTAIN * sigma:.2g} {unit}, not distinguishable from zero"
+    return f"{value:.3g} {unit}, standard deviation {sigma:.2g} {unit}"
+
+
 def _inertia_report(found: Inertia) -> list[str]:
     return [
         f"J           {found.inertia:.5g} kg·m², standard deviation {found.sigma:.2g} kg·m², at up to "
         f"{found.fastest:.3g} rad/s",
-        f"friction    {found.coulomb_nm:.3g} N·m and {found.viscous:.3g} N·m·s, load {found.load_nm:.3g} N·m",
+        f"friction    dry {_friction(found.coulomb_nm, found.coulomb_sigma_nm, 'N·m')}",
+        f"            viscous {_friction(found.viscous, found.viscous_sigma, 'N·m·s')}",
+        f"load        {found.load_nm:.3g} N·m, standard deviation {found.load_sigma_nm:.2g} N·m",
     ]
 
 
@@ -230,4 +266,6 @@ def report(results: Results) -> str:
     lines = _level_report(results.levels, results.found, results.setup) if results.found else []
     lines += _tone_report(results) if results.impedance else []
     lines += _no_load_report(results.no_load, results) if results.no_load else []
-    return "\n".join([*lines, *(_inertia_report(results.inertia) if results.inertia else [])])
+    lines += _inertia_report(results.inertia) if results.inertia else []
+    lines += _iron_report(results.iron) if results.inertia and results.fluxes else []
+    return "\n".join(lines)

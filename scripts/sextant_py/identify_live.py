@@ -1,33 +1,34 @@
-"""Runs the courses of the control method commissioning with sextant-ecu: on its bus and clock, or in virtual time.
+"""Runs the courses of `identify` with sextant-ecu: on its bus and clock, or in virtual time.
 
-The drive is the live one, with its protections, commanded as by a vehicle: the hand-shake, an enable with 0 N·m for as
-long as the course lasts, a disable. It records its control periods; their replay by the same program gives each gate
-pattern again, and with it the channels of the control method.
+The drive is the live one, with its protections, commanded over CAN. It records its control periods; their replay by the
+same program gives each gate pattern again, and with it telemetry and the channels of the control method.
 """
 
-import re
 import subprocess
-import time
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
 
+import numpy as np
+
 from . import printed_configuration
 from .control_unit import Vcu
 from .errors import EndedError, UserError
-from .identify_run import Plant, given_words, tripped
+from .identify_command import BRAKE_S, READY_S, REST_S, Commanded, Course
+from .identify_run import Plant, Steps, following_states, gaps_of, given_words, read_columns
+from .lockstep_bus import LockstepBus
 from .printed_configuration import ECU
-from .reports import RUNNING_STATES
 from .sweep_file import Settings
 from .sweep_point import clean_reason
 from .sweep_reader import flat, set_words
 from .vcu import Progress
 
-READY_S = 30.0  # for the hand-shake
 LATER = 1.02  # time of a course by that without a missed control period
 LEAVE_S = 20.0  # for the shutdown
 ROWS_HZ = 1000  # of a trace
+TRIES = 3  # of a course of torque
 
 
 @dataclass(frozen=True)
@@ -35,35 +36,61 @@ class LivePlant(Plant):
     """The drive of a file of sextant-ecu with the power stage that it names."""
 
     ecu: Path
-    file: Path
     directory: Path
     is_virtual: bool
 
     def run(self, course: str, duration_s: float, settings: Settings) -> Path:
+        return self._recorded(course, LATER * duration_s + 0.3, (), settings)
+
+    def follow(
+        self, course: str, torque: Steps, duration_s: float, settings: Settings, columns: Sequence[str]
+    ) -> tuple[np.ndarray, list[np.ndarray]]:
+        """Anew where the drive missed control periods."""
+        for _ in range(TRIES):
+            trace = self._recorded(course, duration_s, torque, settings)
+            time, (state, *found) = read_columns(trace, ("state", *columns))
+            flux_s = time[np.argmax(np.isin(state, following_states()))]
+            gaps = gaps_of(trace) - flux_s
+            if not np.any((gaps >= 0) & (gaps <= duration_s)):
+                return time - flux_s, found
+        raise EndedError(
+            f"the drive missed control periods in each of {TRIES} courses of {course}; docs/realtime.md says what to "
+            "change, and a longer drive.period_us takes less time."
+        )
+
+    def _recorded(self, course: str, duration_s: float, torque: Steps, settings: Settings) -> Path:
         cycles = self.directory / f"{course}_cycles.h5"
-        command = [self.ecu, self.file, *self.given, *set_words(settings), "--record-cycles", cycles]
-        record = record_in_virtual_time if self.is_virtual else self._record_live
-        record(course, duration_s, list(map(str, command)))
+        words = [*self.given, *set_words(settings), "--record-cycles", str(cycles)]
+        flux_s = 1e-3 * self.configuration["drive.magnetise_timeout_ms"]
+        asked = Course(course, duration_s, torque, self.slowest_shaft, flux_s)
+        record = self._record_in_virtual_time if self.is_virtual else self._record_live
+        record(asked, words)
         return replayed(self.ecu, cycles, self.directory / f"{course}.h5")
 
-    def _record_live(self, course: str, duration_s: float, command: list[str]) -> None:
-        length_s = LATER * duration_s + 0.3
+    def _record_live(self, course: Course, words: list[str]) -> None:
         # A drive that nobody ends ends itself.
-        command = [*command, "--duration", f"{length_s + READY_S + LEAVE_S:g}"]
-        bus, offset = self.configuration["can.bus"], self.configuration["can.identifier_offset"]
+        longest_s = READY_S + REST_S + course.flux_s + course.duration_s + BRAKE_S + LEAVE_S
+        command = [self.ecu, self.file, *words, "--duration", f"{longest_s:g}"]
         progress = Progress(quiet=False)
-        ecu = EcuProcess(command, self.directory / f"{course}.log")
+        ecu = EcuProcess(list(map(str, command)), self.directory / f"{course.name}.log")
         try:
             with ecu:
-                with Vcu(bus, identifier_offset=offset) as vcu:
-                    vcu.make_ready(READY_S, progress=ecu.check)
-                    vcu.enable()
-                    follow(vcu, ecu, course, length_s, progress)
+                with Vcu(self.configuration["can.bus"], identifier_offset=self._offset) as vcu:
+                    Commanded(vcu, course, progress, ecu.check).run()
                 ecu.leave()
         except KeyboardInterrupt:
-            progress.say(f"{course}: stopped, {ecu.end}")
+            progress.say(f"{course.name}: stopped, {ecu.end}")
             raise
-        progress.say(f"{course}: over, {ecu.end}")
+        progress.say(f"{course.name}: over, {ecu.end}")
+
+    def _record_in_virtual_time(self, course: Course, words: list[str]) -> None:
+        drive = LockstepBus(self.file, words, self.ecu)
+        with Vcu(lockstep=drive, identifier_offset=self._offset) as vcu:
+            Commanded(vcu, course, Progress(quiet=True), lambda: None).run()
+
+    @property
+    def _offset(self) -> int:
+        return self.configuration["can.identifier_offset"]
 
 
 class EcuProcess:
@@ -122,42 +149,6 @@ class EcuProcess:
         return clean_reason((own or lines or ["it says nothing"])[-1], ECU)
 
 
-def follow(vcu: Vcu, ecu: EcuProcess, course: str, length_s: float, progress: Progress) -> None:
-    """Keeps the drive enabled for so long. Where it leaves torque, or is not there, the course ends with a sentence;
-    leaving this function in whatever way ends with a disable."""
-    begin = time.monotonic()
-    while (passed := time.monotonic() - begin) < length_s:
-        vcu.step()
-        ecu.check()
-        if vcu.state == "FAULT":
-            raise tripped(vcu.first_fault or "a fault", course, f" at {passed:.3f} s")
-        if not vcu.is_there:
-            raise EndedError(f"the drive's status frames timed out {passed:.2f} s into the course of {course}.")
-        if vcu.state not in RUNNING_STATES:
-            raise EndedError(f"the drive left the course of {course} after {passed:.2f} s; it reports {vcu.state}.")
-        progress.show(f"{course} {100 * passed / length_s:3.0f} % of {length_s:.1f} s  drive: {standing(vcu)}")
-
-
-def standing(vcu: Vcu) -> str:
-    """What the drive reports, for a person."""
-    electrical = vcu.latest.get("MCU_Electrical")
-    if not electrical:
-        return str(vcu.state)
-    return f"{vcu.state}, {electrical['PhaseCurrentRms']:.1f} A RMS, link {electrical['DcVoltage']:.1f} V"
-
-
-def record_in_virtual_time(course: str, duration_s: float, command: list[str]) -> None:
-    profile = Path(command[-1]).with_name(f"{course}.csv")
-    profile.write_text(f"time_s,torque_nm\n0,0\n{duration_s:.6f},0\n", encoding="utf-8")
-    words = [*command, "--virtual-time", "--profile", str(profile)]
-    done = subprocess.run(words, capture_output=True, text=True, stdin=subprocess.DEVNULL)
-    if done.returncode == 0:
-        return
-    if fault := re.search(r"went to FAULT \((\w+)\)", done.stderr):
-        raise tripped(fault[1], course)
-    raise EndedError(f"{ECU} ended with status {done.returncode}: {clean_reason(done.stderr, ECU)}")
-
-
 def replayed(ecu: Path, cycles: Path, trace: Path) -> Path:
     """The trace of the recorded control periods, once each gate pattern has come again."""
     rate = set_words({"dds.telemetry_rate_hz": ROWS_HZ})
@@ -177,4 +168,4 @@ def live_plant(
     """The drive of a file of sextant-ecu, with these settings and what the user sets."""
     given = given_words(settings, own)
     tables = printed_configuration.tables_of(ecu, file, given, "the drive")
-    return LivePlant(given, flat(tables), ecu, file, directory, is_virtual)
+    return LivePlant(given, flat(tables), file, ecu, directory, is_virtual)

@@ -23,6 +23,7 @@ class NoLoad:
     current_a: float
     sigma: float  # relative standard deviation of L_s
     speed: float  # [rad/s]
+    acceleration: float = 0.0  # [rad/s²]
 
     @property
     def l_s(self) -> float:
@@ -38,6 +39,12 @@ def current_along(angle: np.ndarray, phases: list[np.ndarray]) -> np.ndarray:
     """Of phase currents, along a flux at this angle: no noise or offset raises it, as they do the magnitude. [A]"""
     turned = [current * np.cos(angle - k * 2 * np.pi / 3) for k, current in enumerate(phases)]
     return 2 / 3 * np.sum(turned, axis=0)
+
+
+def acceleration(time: np.ndarray, speed: np.ndarray) -> float:
+    """By the line through the speed. [s], [rad/s]"""
+    away = time - np.mean(time)
+    return float(away @ speed / (away @ away))
 
 
 def fit(flux: np.ndarray, current: np.ndarray, speed: np.ndarray) -> NoLoad:

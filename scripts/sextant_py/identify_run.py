@@ -1,11 +1,13 @@
-"""Runs the courses of the control method commissioning with sextant-mil, and reads what they publish. identify_live.py
-runs them with sextant-ecu."""
+"""Runs the courses of `identify` with sextant-mil, and reads what those of the control method commissioning publish.
+identify_live.py runs them with sextant-ecu."""
 
 import math
 import subprocess
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Self
 
 import numpy as np
 
@@ -13,11 +15,8 @@ from .drive_file import machine_of, of_the_drive, read
 from .errors import EndedError, UserError
 from .identify_fit import Level
 from .identify_impedance import Block, Timing
-from .identify_inertia import Course, Inertia
-from .identify_inertia import fit as fit_inertia
-from .identify_machine import InverseGamma, TCircuit, estimate_of
-from .identify_no_load import NoLoad, current_along
-from .identify_no_load import fit as fit_no_load
+from .identify_machine import TCircuit, estimate_of
+from .reports import FOLLOWING_STATES
 from .short_run import SHORT, known_keys, scenario_text
 from .sweep_file import Settings
 from .sweep_point import clean_reason, read_summary
@@ -25,18 +24,13 @@ from .sweep_reader import set_words
 from .telemetry_contract import enumerators
 
 CONTROL = "control.commissioning."
-LEVELS, TONES, NO_LOAD, INERTIA = "levels", "tones", "no_load", "inertia"
+LEVELS, TONES = "levels", "tones"
 LEVEL_CHANNELS = ("level_current_a", "level_voltage_v", "level_link_v", "level_scatter_a", "level_drift_v")
 TONE_CHANNELS = ("tone_periods", "tone_sine_a", "tone_cosine_a", "tone_sine_v", "tone_cosine_v")
 CHANNELS = ("level", "level_speed_rad_s", *LEVEL_CHANNELS, *TONE_CHANNELS)
 # Dead time by the control period that an unknown inverter has at most: two standard deviations of what the protections
 # are told that they do not know of the voltage.
 MOST_DEAD_TIME = 0.1
-# Of the base speed. Without load the flux is measured by its voltage, beside which that of the inverter is to be small.
-INERTIA_SPEED, NO_LOAD_SPEED = 0.25, 0.5
-DRIVE_LIMIT = 1.55  # by the current of the flux, that the drive's limit has at least
-SETTLES = 3  # time constants of the rotor until flux and current belong together
-FALLS = 18  # the same until the flux has fallen, which takes six of three
 LOWEST_SHARE = 0.2 * 0.95  # of the current limit, at the lowest level
 END = "end_s"  # of a level, to a row of the trace [s]
 ROW = 2e-3  # what the time of a row leaves open [s]
@@ -46,16 +40,35 @@ STEPS = 4  # of the converter, and standard deviations of noise, that the curren
 STANDSTILL = 0.1
 
 
+Steps = Sequence[tuple[float, float]]  # torque [N·m] from a time [s] on
+
+
 @dataclass(frozen=True)
 class Plant:
     """The drive of a file with its plant: what is set beside the file, and the configuration in force."""
 
     given: list[str]  # words for the program that runs it
     configuration: Settings
+    file: Path  # that the program reads
 
     def run(self, course: str, duration_s: float, settings: Settings) -> Path:
-        """Runs a course for so long. A trace with CHANNELS, a row about every millisecond."""
+        """Runs a course without torque for so long. A trace with CHANNELS, a row about every millisecond."""
         raise NotImplementedError
+
+    def magnetising(self, course: str, settings: Settings) -> Self:
+        """The plant that knows what `follow` needs of a drive with these settings that builds up its flux."""
+        return self
+
+    def follow(
+        self, course: str, torque: Steps, duration_s: float, settings: Settings, columns: Sequence[str]
+    ) -> tuple[np.ndarray, list[np.ndarray]]:
+        """Runs a course of torque for so long, from when the drive has flux; times from then on [s], and columns of
+        the drive's telemetry, a row about every millisecond."""
+        raise NotImplementedError
+
+    def sets(self, key: str) -> bool:
+        """Whether file or user set a key, which else has its default."""
+        return any(word.startswith(f"{key}=") for word in self.given) or key in read(self.file)
 
     @property
     def estimate(self) -> TCircuit:
@@ -81,13 +94,39 @@ class MilPlant(Plant):
     """As a scenario of sextant-mil."""
 
     mil: Path
-    scenario: Path
+    flux_s: float = 0.0  # when it has flux
 
     def run(self, course: str, duration_s: float, settings: Settings) -> Path:
+        return self._traced(course, duration_s, settings, [f"control/{name}" for name in CHANNELS])
+
+    def magnetising(self, course: str, settings: Settings) -> Self:
+        """By a run without torque. A drive that waits at standstill loses the direction of its flux, the more the
+        longer, by what it does not know of the inverter."""
+        timeout_s = 1e-3 * self.configuration["drive.magnetise_timeout_ms"]
+        at_zero = replace(self, flux_s=0.0)
+        time, (state,) = at_zero.follow(course, [(timeout_s, 0.0)], timeout_s, settings, ("state",))
+        has_flux = np.isin(state, following_states())
+        return replace(self, flux_s=float(time[np.argmax(has_flux)] if has_flux.any() else timeout_s))
+
+    def follow(
+        self, course: str, torque: Steps, duration_s: float, settings: Settings, columns: Sequence[str]
+    ) -> tuple[np.ndarray, list[np.ndarray]]:
+        own: Settings = {
+            "load.kind": "torque",
+            "profile.torque_nm.shape": "steps",
+            "profile.torque_nm.points": [[0.0, 0.0], *([round(self.flux_s + t, 6), value] for t, value in torque)],
+        }
+        time, found = read_columns(
+            self._traced(course, self.flux_s + duration_s, settings | own, list(columns)), columns
+        )
+        return time - self.flux_s, found
+
+    def _traced(self, course: str, duration_s: float, settings: Settings, signals: list[str]) -> Path:
+        period_us = self.configuration["drive.period_us"]
         own: Settings = {
             "duration_s": round(duration_s, 6),
-            "trace.interval_us": _interval(self, 1e-3),
-            "trace.signals": [f"control/{name}" for name in CHANNELS],
+            "trace.interval_us": period_us * max(1, round(1e3 / period_us)),
+            "trace.signals": signals,
         }
         return _run(self, course, settings | own)
 
@@ -122,7 +161,7 @@ def plant_of(file: Path, mil: Path, directory: Path, settings: Settings, own: li
     """The drive of a file, with these settings and what the user sets."""
     scenario = scenario_of(file, mil, directory)
     given = given_words(settings, own)
-    return MilPlant(given, configuration_of(mil, scenario, given), mil, scenario)
+    return MilPlant(given, configuration_of(mil, scenario, given), scenario, mil)
 
 
 def unknown_voltage(configuration: Settings) -> Settings:
@@ -141,12 +180,6 @@ def check_shaft(configuration: Settings) -> None:
             f"{key} is {configuration[key]:g}: the measurement holds the motor's shaft, and its inertia is that of one "
             f"rigid shaft; take the load off with --set {key}=0."
         )
-
-
-def is_bounded(plant: Plant) -> bool:
-    """Whether file or user set the limit of the current, which else follows from the estimate."""
-    key = f"{CONTROL}current_limit_a"
-    return any(word.startswith(f"{key}=") for word in plant.given) or f"{key} = " in plant.scenario.read_text("utf-8")
 
 
 def check_room(configuration: Settings) -> None:
@@ -194,8 +227,8 @@ def duration_of_tones(configuration: Settings) -> float:
 
 def _run(plant: MilPlant, course: str, settings: Settings) -> Path:
     """The trace of a course."""
-    out = plant.scenario.parent / course
-    command = [str(plant.mil), str(plant.scenario), *plant.given, *set_words(settings), "--out", str(out)]
+    out = plant.file.parent / course
+    command = [str(plant.mil), str(plant.file), *plant.given, *set_words(settings), "--out", str(out)]
     shown = sys.stderr.isatty()  # sextant-mil shows how far it is
     if shown:
         print(f"identify: {course}, {settings['duration_s']:.3g} s", file=sys.stderr)
@@ -264,6 +297,20 @@ def measure_tones(plant: Plant) -> list[Block]:
     ]
 
 
+def following_states() -> list[int]:
+    """Of the telemetry, in which the torque answers to the command."""
+    names = enumerators("DriveStateKind")
+    return [names.index(name) for name in FOLLOWING_STATES]
+
+
+def read_columns(file: Path, columns: Sequence[str]) -> tuple[np.ndarray, list[np.ndarray]]:
+    """Times [s] and columns of a trace."""
+    import h5py
+
+    with h5py.File(file) as trace:
+        return 1e-9 * trace["t_ns"][()], [trace[column][()].astype(float) for column in columns]
+
+
 def read_rows(file: Path, count: int) -> list[dict[str, float]]:
     """The channels of a trace behind each of so many levels, in order."""
     import h5py
@@ -308,119 +355,3 @@ def undisturbed(
             "[control.dtc] of the file allows it."
         )
     return kept
-
-
-def magnetised_s(plant: MilPlant, course: str, told: Settings) -> float:
-    """When the drive of a course that is told this has flux, with some time to settle. A drive that waits at standstill
-    loses the direction of its flux, the more the longer, by what it does not know of the inverter. [s]"""
-    timeout_s = 1e-3 * plant.configuration["drive.magnetise_timeout_ms"]
-    settings = told | {
-        "profile.torque_nm.points": [[0.0, 0.0], [round(timeout_s, 6), 0.0]],
-        "duration_s": round(timeout_s, 6),
-        "trace.interval_us": _interval(plant, 1e-3),
-    }
-    time, state = _shaft_run(plant, course, settings, ("state",))
-    has_flux = state == enumerators("DriveStateKind").index("TORQUE")
-    return 0.1 + float(time[np.argmax(has_flux)] if has_flux.any() else timeout_s)
-
-
-def shaft_course(
-    plant: Plant, machine: InverseGamma, inertia: float, share: float, begin_s: float
-) -> tuple[Course, float]:
-    """The course by which such an inertia reaches this share of the base speed, and that speed [rad/s].
-
-    Its torque is 0.6 of what the limit of the current leaves beside the current of the flux:
-      T = 3/2 p L_M i_d √(I² − i_d²)
-    """
-    configuration = plant.configuration
-    pole_pairs = configuration["machine.poles"] / 2
-    flux = configuration["control.flux_reference_wb"]
-    i_d = flux / (machine.leakage + machine.l_magnetising)
-    limit = configuration[f"{CONTROL}current_limit_a"]
-    if limit < 1.1 * i_d:
-        raise UserError(
-            f"{CONTROL}current_limit_a of {limit:g} A leaves none for torque beside the {i_d:.3g} A of the flux: raise "
-            f"it to {1.2 * i_d:.3g} A at least (--limit-a)."
-        )
-    torque = 0.6 * 1.5 * pole_pairs * machine.l_magnetising * i_d * math.sqrt(limit**2 - i_d**2)
-    torque = min(torque, 0.9 * configuration["command.torque_limit_nm"])
-    speed = share * configuration["plant.u_dc_v"] / math.sqrt(3) / flux / pole_pairs
-    return Course(float(f"{torque:.4g}"), begin_s, max(0.02, inertia * speed / torque)), speed
-
-
-def _shaft_run(plant: MilPlant, name: str, settings: Settings, columns: tuple[str, ...]) -> list[np.ndarray]:
-    """Times [s] and columns of a run of field-oriented control on a free shaft.
-
-    Flux and torque of the course keep the current below the limit. That of the drive must leave half of the flux's
-    current for torque: a limit that was set and leaves less is refused, the one by the estimate is raised.
-    """
-    import h5py
-
-    limit = plant.configuration[f"{CONTROL}current_limit_a"]
-    gamma = plant.estimate.terminals
-    inductances = [gamma.leakage + gamma.l_magnetising, settings.get("control.machine_estimate.l_m_h", math.inf)]
-    flux_current = plant.configuration["control.flux_reference_wb"] / min(inductances)
-    magnetising: Settings = {"control.foc.magnetising_current_a": limit} if is_bounded(plant) else {}
-    if limit < DRIVE_LIMIT * flux_current and magnetising:
-        raise UserError(
-            f"{CONTROL}current_limit_a of {limit:g} A does not bound the course of {name}, whose flux takes "
-            f"{flux_current:.3g} A: raise it to {DRIVE_LIMIT * flux_current:.3g} A at least (--limit-a), or leave "
-            f"{name} out of --only."
-        )
-    common: Settings = magnetising | {
-        "control.controller": "foc",
-        "drive.magnetise_first": True,
-        "drive.current_limit_a": max(limit, DRIVE_LIMIT * flux_current),
-        "load.kind": "torque",
-        "profile.torque_nm.shape": "steps",
-        "trace.signals": list(columns),
-    }
-    with h5py.File(_run(plant, name, common | settings)) as trace:
-        return [1e-9 * trace["t_ns"][()], *(trace[column][()].astype(float) for column in columns)]
-
-
-def _interval(plant: Plant, wanted_s: float) -> float:
-    """Of a trace: about so long, in whole control periods. [us]"""
-    period_us = plant.configuration["drive.period_us"]
-    return period_us * max(1, round(1e6 * wanted_s / period_us))
-
-
-def measure_inertia(plant: MilPlant, told: Settings, course: Course) -> Inertia:
-    """By a drive that is told what was found before."""
-    settings = told | {
-        "profile.torque_nm.points": course.points,
-        "duration_s": round(course.end_s + 0.05, 6),
-        "trace.interval_us": _interval(plant, course.part_s / 100),
-    }
-    time, speed, torque = _shaft_run(plant, INERTIA, settings, ("speed_rad_s", "torque_mean_nm"))
-    within = (time >= course.begin_s - 0.1 * course.part_s) & (time <= course.end_s + 0.02)
-    return fit_inertia(time[within], speed[within], torque[within])
-
-
-def _flux_share(share: float) -> Settings:
-    """The drive without torque has this share of the flux reference, to which it falls with 3 τ_r; all limits are those
-    of the whole flux."""
-    if share == 1:
-        return {"drive.flux_optimum": "constant"}
-    return {"drive.flux_optimum": "max_torque_per_ampere", "drive.flux_least_share": share}
-
-
-def measure_no_load(plant: MilPlant, told: Settings, course: Course, share: float = 1.0) -> NoLoad:
-    """At a share of the flux reference. The shaft coasts after the first part of the course, for as long as three time
-    constants of the rotor by the estimate take, those of the flux where it falls, and 0.3 s more, which count."""
-    coasts = course.begin_s + course.part_s
-    settles = SETTLES if share == 1 else SETTLES + FALLS
-    counts = coasts + settles * plant.estimate.terminals.tau_r
-    settings = (
-        told
-        | _flux_share(share)
-        | {
-            "profile.torque_nm.points": [*course.points[:2], [round(coasts, 6), 0.0]],
-            "duration_s": round(counts + 0.3, 6),
-            "trace.interval_us": _interval(plant, 1e-3),
-        }
-    )
-    columns = ("flux_mean_wb", "speed_rad_s", "flux_angle_rad", "i_a_a", "i_b_a", "i_c_a")
-    time, *values = _shaft_run(plant, NO_LOAD, settings, columns)
-    flux, speed, angle, *phases = (one[time >= counts] for one in values)
-    return fit_no_load(flux, current_along(angle, phases), speed)

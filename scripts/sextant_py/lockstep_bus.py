@@ -29,15 +29,15 @@ def identifier_offset(file: Path, words: Sequence[str]) -> int:
 
 class LockstepBus:
     """A bus and its clock in one: `sextant-ecu --virtual-time --lockstep` on the other end of two pipes. `deliver` gets
-    each frame of the drive while the time passes in which it was sent."""
+    each frame of the drive while the time passes in which it was sent. words: options of the program."""
 
-    def __init__(self, file: Path, words: Iterable[str]) -> None:
+    def __init__(self, file: Path, words: Iterable[str], drive: Path | None = None) -> None:
         self.deliver: Callable[[can.Message], None] = lambda frame: None
         self.report = ""
         self._now_ns = 0
         self._is_over = False
         self._drive = subprocess.Popen(
-            [mil_program.find(None, PROGRAM), file, "--virtual-time", "--lockstep", *words],
+            [mil_program.find(drive, PROGRAM), file, "--virtual-time", "--lockstep", *words],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,

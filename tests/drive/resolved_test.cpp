@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include "sextant/control/field_oriented_controller.hpp"
+
 namespace sextant {
 namespace {
 
@@ -100,6 +102,7 @@ TYPED_TEST(ResolvedOf, WhatIsGivenStandsInThePlaceOfWhatFollows) {
   setup.torque_monitor.limit = T(12);
   setup.torque_monitor.machine = setup.basis.machine;
   setup.torque_monitor.machine->r_s = T(0.5);
+  setup.optimal_flux.iron_loss_resistance = T(300);
   const ResolvedDrive<T> r = resolved(setup);
   const ProtectionLimits<T>& p = r.drive.protection;
   EXPECT_FLOAT_EQ(float(r.drive.motor.capability.torque), 90.0F);
@@ -118,6 +121,9 @@ TYPED_TEST(ResolvedOf, WhatIsGivenStandsInThePlaceOfWhatFollows) {
   EXPECT_FLOAT_EQ(float(r.drive.torque_monitor.current_offset), 0.8F);
   EXPECT_EQ(r.drive.torque_monitor.machine.r_s, T(0.5));
   EXPECT_EQ(p.machine.r_s, setup.basis.machine.r_s);
+  EXPECT_EQ(r.control.iron_loss_resistance, T(300));
+  EXPECT_EQ(r.drive.torque_monitor.iron_loss_resistance, T(300));
+  EXPECT_EQ(default_parameters<FieldOrientedController<T>>(r.control).iron_loss_resistance, T(300));
 }
 
 }  // namespace

@@ -11,13 +11,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from programs import program
-from sextant_py import identify, identify_run, identify_saturated_tones, identify_saturation
+from sextant_py import identify, identify_saturated_tones, identify_saturation
 from sextant_py.errors import UserError
 from sextant_py.identify_files import Results, write_files
 from sextant_py.identify_fit import Level, Setup, fit
 from sextant_py.identify_impedance import Tone
 from sextant_py.identify_machine import estimate_of
 from sextant_py.identify_no_load import NoLoad
+from sextant_py.identify_shaft import turning
 from sextant_py.paths import ROOT
 
 MACHINE = ROOT / "configs" / "machines" / "paper_3hp.toml"
@@ -346,7 +347,8 @@ def test_a_course_begins_soon_after_the_flux_is_there(tmp_path: Path) -> None:
     terminals, given = free.estimate.terminals, free.configuration
     most_wb = (terminals.leakage + terminals.l_magnetising) * given["control.foc.magnetising_current_a"]
     flux_s = -terminals.tau_r * math.log(1 - given["control.flux_reference_wb"] / most_wb)
-    assert identify_run.magnetised_s(free, "no_load", {}) == pytest.approx(0.1 + flux_s, abs=5e-3)
+    settings = turning(free, "no_load", {})
+    assert free.magnetising("no_load", settings).flux_s == pytest.approx(flux_s, abs=5e-3)
 
 
 @pytest.mark.parametrize(

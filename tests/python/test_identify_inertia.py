@@ -2,12 +2,15 @@
 
 import itertools
 import random
+import re
 import secrets
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from sextant_py.errors import UserError
+from sextant_py.identify_files import Results, report
+from sextant_py.identify_fit import Setup
 from sextant_py.identify_inertia import Course, fit
 
 
@@ -93,3 +96,23 @@ def test_a_speed_that_does_not_change_is_refused(constant: float) -> None:
     with pytest.raises(UserError, match="free to turn") as refused:
         fit(time, np.full(time.size, constant), mean_torque(course, time))
     assert "\n" not in str(refused.value)
+
+
+def test_friction_is_never_negative_and_its_deviation_says_whether_it_shows() -> None:
+    """Without friction, and noise in both directions: least squares alone make it negative half of the time. What is
+    stated is that of Student's t with 12 degrees of freedom, beyond 3 of which lies 1 in 90."""
+    made = np.random.default_rng(5)
+    course = Course(10, 0.1, 0.2)
+    time = np.linspace(0, 1, 600)
+    clean, torque = speeds(course, time, 0.1, 0, 0, 0), mean_torque(course, time)
+    found = [fit(time, clean + 0.05 * made.standard_normal(time.size), torque) for _ in range(100)]
+    assert all(one.coulomb_nm >= 0 and one.viscous >= 0 for one in found)
+    assert sum(one.coulomb_nm == 0 for one in found) > 20
+    assert sum(one.coulomb_nm > 3 * one.coulomb_sigma_nm for one in found) < 5
+    assert all(one.inertia == pytest.approx(0.1, rel=0.01) for one in found)
+    said = report(Results(Setup(25e-6, 4.7e-3), inertia=found[0]))
+    assert "not distinguishable from zero" in said
+    with_friction = fit(time, speeds(course, time, 0.1, 0, 1.0, 0), torque)
+    assert with_friction.coulomb_nm == pytest.approx(1, abs=0.2)
+    said = report(Results(Setup(25e-6, 4.7e-3), inertia=with_friction))
+    assert re.search(r"dry [0-9.]+ N·m, standard deviation", said)

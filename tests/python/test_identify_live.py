@@ -1,5 +1,6 @@
 """scripts/identify with sextant-ecu: in virtual time, and what ends a course."""
 
+import re
 import sys
 import time
 import tomllib
@@ -10,7 +11,7 @@ import numpy as np
 import pytest
 import sextant
 from programs import overrides, program
-from sextant_py import identify, identify_live
+from sextant_py import identify, identify_command, identify_live
 from sextant_py.errors import UserError
 from sextant_py.identify_live import EcuProcess, replayed
 from sextant_py.identify_machine import estimate_of
@@ -59,6 +60,60 @@ def test_a_drive_of_the_ecu_finds_its_machine_and_inverter(tmp_path: Path) -> No
     for course, limit in (("tones", of_the_flux), ("levels", 24)):
         cycles = cycles_of(tmp_path / f"{course}_cycles.h5")
         assert 0.9 * limit < np.abs(cycles["i_a_a"]).max() < limit, "the limit of the current"
+
+
+def shaft_words(file: Path, *settings: str) -> list[str]:
+    return [*words_of(file, "control.machine_estimate.inertia_kg_m2=0.05", *settings), "--only", "inertia"]
+
+
+def test_a_free_shaft_of_the_ecu_tells_its_inertia_and_is_braked(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """J of the paper's machine, with friction and load; by a wrong estimate, behind which a second course follows."""
+    file = drive_file(tmp_path)
+    assert identify.main(shaft_words(file, "plant.viscous_friction_nm_s=0.02", "load.torque_nm.value=1")) == 0
+    assert toml_of(tmp_path / "machine.toml") == {"inertia_kg_m2": pytest.approx(0.089, rel=0.01)}
+    said = capsys.readouterr().out
+    assert float(re.search(r"load +(-?[0-9.]+) N·m", said)[1]) == pytest.approx(1, abs=0.2)
+    cycles = cycles_of(tmp_path / "inertia_cycles.h5")
+    speed, off = cycles["speed_rad_s"], legs_off(cycles["pattern"])
+    assert np.max(np.abs(speed)) > 20
+    assert np.abs(speed[~off][-1]) < 2, "the drive brakes the shaft"
+
+
+def test_a_coasting_shaft_of_the_ecu_tells_the_inductance_and_the_curve(tmp_path: Path) -> None:
+    file = drive_file(tmp_path, "[plant.saturation]\nknee_wb = 1.1\nmachine_flux_wb = 1.1\n")
+    words = [*words_of(file, f"{CONTROL}tones=3", f"{CONTROL}blocks=2"), "--only", "impedance,no_load"]
+    assert identify.main(words) == 0
+    told = toml_of(tmp_path / "machine.toml")
+    true = estimate_of({f"machine.{key}": value for key, value in toml_of(MACHINE).items()}).terminals
+    found = estimate_of({f"machine.{key}": value for key, value in told.items() if key != "saturation"}).terminals
+    assert found.l_magnetising == pytest.approx(true.l_magnetising, rel=0.02)
+    assert told["saturation"]["knee_wb"] == pytest.approx(1.1, rel=0.02)
+
+
+def test_an_over_speed_in_a_course_of_torque_ends_it(tmp_path: Path) -> None:
+    words = shaft_words(drive_file(tmp_path), "protection.over_speed_rad_s=10")
+    with pytest.raises(
+        UserError, match=r"the drive tripped with OVER_SPEED at .*, before the course of inertia was over"
+    ):
+        identify.main(words)
+    cycles = cycles_of(tmp_path / "inertia_cycles.h5")
+    over = np.flatnonzero(np.abs(cycles["speed_rad_s"]) > 10)[0]
+    assert legs_off(cycles["pattern"])[over:].all()
+    assert not (tmp_path / "machine.toml").exists()
+
+
+def test_a_shaft_that_turns_before_a_course_or_is_held_in_it_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(identify_command, "REST_S", 1.0)
+    file = drive_file(tmp_path)
+    with pytest.raises(UserError, match=r"the shaft turns at 20 rad/s before the course of inertia.*come to rest"):
+        identify.main(shaft_words(file, "plant.initial_speed_rad_s=20"))
+    assert legs_off(cycles_of(tmp_path / "inertia_cycles.h5")["pattern"]).all(), "no enable was sent"
+    with pytest.raises(UserError, match="free to turn"):
+        identify.main(shaft_words(file, "load.kind=imposed_speed"))
 
 
 @pytest.fixture
@@ -171,7 +226,7 @@ def test_levels_with_missed_periods_do_not_count() -> None:
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--live", "--only", "inertia"], "inertia is measured by sextant-mil alone"),
+        (["--live", "--only", "no_load"], "no_load needs impedance"),
         (["--can", "udp_multicast:239.74.163.2"], "--can needs --live"),
         (["--ecu", "sextant-ecu"], "--ecu needs --live"),
         (["--virtual-time", "--mil", "sextant-mil"], "--ecu names it"),

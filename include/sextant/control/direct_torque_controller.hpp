@@ -117,6 +117,7 @@ class DirectTorqueController final : public EstimatingController<T> {
 
   [[nodiscard]] bool takes_parameters() const noexcept override { return true; }
   void take_parameters(const Controller<T>& from) noexcept SEXTANT_NONBLOCKING override {
+    Base::take_parameters(from);
     const auto& other = static_cast<const DirectTorqueController&>(from);
     flux_priority_ = other.flux_priority_;
     flux_band_ = other.flux_band_;

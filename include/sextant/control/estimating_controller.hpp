@@ -12,6 +12,7 @@
 #include "sextant/control/nearest_state.hpp"
 #include "sextant/control/space_vector_modulator.hpp"
 #include "sextant/core/inverter_model.hpp"
+#include "sextant/core/iron_torque.hpp"
 #include "sextant/core/sampling_instant.hpp"
 #include "sextant/core/saturation_parameters.hpp"
 #include "sextant/core/winding_resistance.hpp"
@@ -41,9 +42,10 @@ class EstimatingController : public Controller<T> {
     T flux_reference{T(1.1)};                          ///< ψ_ref at a flux share of 1 [Wb]
     FluxEstimatorKind flux_estimator{FluxEstimatorKind::hybrid};
     bool adapts_parameters{true};  ///< R_s, R_r and L_m follow the machine, with the kinds that identify them
-    WindingResistance<T> winding{};    ///< by which R_s in use follows the measurement's winding temperature
-    std::int32_t sampling_lead_ns{0};  ///< from the sample of the currents to the control period [ns]
-    int actuation_delay_periods{0};    ///< 1 when a pattern is applied one period late [-]
+    WindingResistance<T> winding{};  ///< by which R_s in use follows the measurement's winding temperature
+    T iron_loss_resistance{no_iron_loss<T>};  ///< R_fe per phase; infinite: none [Ω]
+    std::int32_t sampling_lead_ns{0};         ///< from the sample of the currents to the control period [ns]
+    int actuation_delay_periods{0};           ///< 1 when a pattern is applied one period late [-]
     typename Magnetiser<T>::Parameters magnetiser{};
 
     /// Takes what the controller has in common with the drive.
@@ -56,6 +58,7 @@ class EstimatingController : public Controller<T> {
       flux_estimator = basis.flux_estimator;
       adapts_parameters = basis.adapts_parameters;
       winding = basis.winding;
+      iron_loss_resistance = basis.iron_loss_resistance;
       sampling_lead_ns = basis.sampling_lead_ns;
       actuation_delay_periods = basis.actuation_delay_periods;
     }
@@ -79,6 +82,7 @@ class EstimatingController : public Controller<T> {
       if (const char* problem = machine.validate()) return problem;
       if (const char* problem = saturation.validate()) return problem;
       if (const char* problem = winding.validate()) return problem;
+      if (!(iron_loss_resistance > T(0))) return "the resistance of the iron loss must be above zero";
       return magnetiser.validate(machine, flux_reference);
     }
   };
@@ -99,11 +103,16 @@ class EstimatingController : public Controller<T> {
     const GatePattern pattern = mode_ == ControlMode::off ? rest() : decide(measurement, reference);
     if (!estimator_.inverter().is_ideal()) in_flight_ = pattern;
     estimate_.magnetised = magnetising_.done();
+    estimate_.torque -= estimator_.iron_loss_torque();
     return pattern;
   }
 
   [[nodiscard]] ControlTiming timing() const noexcept final {
     return {parameters_.period_ns, parameters_.sampling_lead_ns};
+  }
+
+  void take_parameters(const Controller<T>& from) noexcept SEXTANT_NONBLOCKING override {
+    estimator_.take_iron_loss(static_cast<const EstimatingController&>(from).estimator_);
   }
 
   void reset() noexcept SEXTANT_NONBLOCKING final {
@@ -122,7 +131,7 @@ class EstimatingController : public Controller<T> {
   /// A period in which the torque is to follow its reference.
   struct Demand {
     FluxAndCurrent<T> x;  ///< when the pattern begins, without the harmonics of over-modulation
-    T torque{};           ///< T_ref [N·m]
+    T torque{};           ///< T_ref and what the iron loss takes of it: of ψ_s × i_s [N·m]
     T psi_ref{};          ///< [Wb]
     T u_dc{};             ///< [V]
   };
@@ -136,8 +145,8 @@ class EstimatingController : public Controller<T> {
         period_{T(parameters.period_ns) * T(1e-9)},
         sampling_{parameters.sampling_lead_ns},
         estimator_{{parameters.machine, parameters.flux_estimator, parameters.adapts_parameters,
-                    parameters.inverter, parameters.flux_reference, parameters.saturation,
-                    parameters.winding}},
+                    parameters.inverter, parameters.flux_reference, parameters.saturation, parameters.winding,
+                    parameters.iron_loss_resistance}},
         magnetising_{parameters.magnetiser, period_},
         modulator_{modulator_of(modulator, parameters)},
         admissible_{AdmissiblePulse::symmetric(parameters.inverter.minimum_pulse.duration_ns)} {}
@@ -243,7 +252,8 @@ class EstimatingController : public Controller<T> {
       estimate_.torque_ripple =
           T(1.5) * T(parameters_.machine.pole_pairs) * (cross(x_.psi_s, x_.i_s) - cross(x.psi_s, x.i_s));
     }
-    if (mode_ == ControlMode::torque) return follow({x, reference.torque, psi_ref, m.u_dc});
+    if (mode_ == ControlMode::torque)
+      return follow({x, reference.torque + estimator_.iron_loss_torque(), psi_ref, m.u_dc});
     release();
     const T u_most = modulator_.longest(m.u_dc);
     return modulate(magnetising_.step(estimator_, x, estimate_.psi_s_magnitude, psi_ref, u_most, m.omega_m),

@@ -16,6 +16,7 @@
 #include "sextant/control/parameter_adaptation.hpp"
 #include "sextant/core/induction_machine_parameters.hpp"
 #include "sextant/core/inverter_model.hpp"
+#include "sextant/core/iron_torque.hpp"
 #include "sextant/core/measurement.hpp"
 #include "sextant/core/saturation_curve.hpp"
 #include "sextant/core/saturation_parameters.hpp"
@@ -43,6 +44,9 @@ template <class T>
 /// present flux (`SaturationCurve::machine_at`); what is identified and adapted is the machine at the flux of
 /// the curve's L_m.
 ///
+/// Where the iron loss is known it takes i_fe = (1/R_fe) k_r dψ_r/dt, of the current that the current model
+/// has beside, and `iron_torque` from the torque; both are those of the period before.
+///
 /// Where R_s varies with a known temperature of the winding (`WindingResistance`), the temperature scales R_s
 /// in use, whatever has made it, and the configured R_s about which identification and adaptation have their
 /// prior and their bounds: what these have found of R_s is kept as a factor.
@@ -58,7 +62,8 @@ class FluxTorqueEstimator {
     typename InverterModel<T>::Parameters inverter{};  ///< what makes the voltage of the applied patterns
     T flux_reference{T(1.1)};                          ///< [Wb]
     SaturationParameters<T> saturation{};              ///< of the main flux
-    WindingResistance<T> winding{};  ///< by which R_s follows the measurement's winding temperature
+    WindingResistance<T> winding{};           ///< by which R_s follows the measurement's winding temperature
+    T iron_loss_resistance{no_iron_loss<T>};  ///< R_fe per phase; infinite: none [Ω]
   };
 
   explicit FluxTorqueEstimator(const Parameters& parameters) noexcept
@@ -76,7 +81,8 @@ class FluxTorqueEstimator {
         identification_{machine_, parameters.inverter.voltage_error, parameters.flux_reference,
                         known_saturation()},
         adaptation_{machine_, parameters.inverter.voltage_error},
-        torque_gain_{T(1.5) * T(machine_.pole_pairs)} {}
+        torque_gain_{T(1.5) * T(machine_.pole_pairs)},
+        iron_conductance_{T(1) / parameters.iron_loss_resistance} {}
 
   /// Updates the estimate by the measurement at the end of a period and its applied pattern. `magnetising`:
   /// the pattern was to magnetise the machine without torque.
@@ -94,6 +100,8 @@ class FluxTorqueEstimator {
       step_coasting(measurement, i_s_before);
     }
     omega_m_ = measurement.omega_m;
+    if (iron_conductance_ > T(0)) [[unlikely]]
+      follow_iron_loss();
   }
 
   [[nodiscard]] constexpr SpaceVector<T> psi_s() const noexcept { return psi_s_; }  ///< [Wb]
@@ -101,6 +109,8 @@ class FluxTorqueEstimator {
   [[nodiscard]] constexpr T torque() const noexcept {
     return torque_gain_ * cross(psi_s_, i_s_);  // [N·m]
   }
+  /// What the iron loss takes of that. [N·m]
+  [[nodiscard]] constexpr T iron_loss_torque() const noexcept { return iron_torque_; }
   /// Speed of the model: measured, or estimated where the kind does without a sensor. [rad/s]
   [[nodiscard]] constexpr T omega_m() const noexcept {
     return parameters_.kind == FluxEstimatorKind::sensorless_observer ? observer_.omega_m() : omega_m_;
@@ -126,6 +136,15 @@ class FluxTorqueEstimator {
   /// What is not known of them, as relative standard deviations: those of the prior until something is
   /// identified. [-]
   [[nodiscard]] constexpr const ParameterDeviations<T>& deviations() const noexcept { return deviations_; }
+
+  /// Takes the iron loss of another one.
+  constexpr void take_iron_loss(const FluxTorqueEstimator& from) noexcept {
+    parameters_.iron_loss_resistance = from.parameters_.iron_loss_resistance;
+    iron_conductance_ = from.iron_conductance_;
+    if (iron_conductance_ > T(0)) return;
+    i_fe_ = {};
+    iron_torque_ = T(0);
+  }
 
   /// Flux zero and parameters as configured, as after power-up.
   void reset() noexcept { *this = FluxTorqueEstimator{Parameters{parameters_}}; }
@@ -182,7 +201,7 @@ class FluxTorqueEstimator {
         psi_s_ = compensated_.psi_s();
         break;
       case FluxEstimatorKind::current_model:
-        current_model_.step(p.i_s_mean, p.omega_m, p.dt);
+        current_model_.step(p.i_s_mean - i_fe_, p.omega_m, p.dt);
         psi_s_ = current_model_.psi_s(i_s_);
         break;
       case FluxEstimatorKind::observer:
@@ -194,7 +213,7 @@ class FluxTorqueEstimator {
         psi_s_ += flux_change;
         break;
       case FluxEstimatorKind::hybrid:
-        current_model_.step(p.i_s_mean, p.omega_m, p.dt);
+        current_model_.step(p.i_s_mean - i_fe_, p.omega_m, p.dt);
         hybrid_.step(flux_change, current_model_, i_s_, p.omega_m, p.dt);
         psi_s_ = hybrid_.psi_s();
         if (parameters_.adapts && adaptation_.count(p.dt)) adapt();
@@ -231,7 +250,7 @@ class FluxTorqueEstimator {
     return present_.k_r() * magnitude(psi_r) + more_leakage() * dot(direction(psi_r), i_s);
   }
 
-  // The next three are apart, so that the step of a drive that makes torque stays small.
+  // The next four are apart, so that the step of a drive that makes torque stays small.
 
   /// R_s is that of the winding's temperature [°C], the machine that of the present flux.
   [[gnu::noinline]] void follow(const std::optional<T>& temperature) noexcept {
@@ -244,6 +263,18 @@ class FluxTorqueEstimator {
       adaptation_.set_configured(warm());
     }
     if (is_new || saturation_.acts()) follow_flux();
+  }
+
+  /// Of the estimated flux; the rotor's turns without the ripple of the stator's.
+  [[gnu::noinline]] void follow_iron_loss() noexcept {
+    const SpaceVector<T> psi_r = current_model_.psi_r_from(psi_s_, i_s_);
+    const SpaceVector<T> rate = current_model_.derivative(psi_r, i_s_ - i_fe_, omega_m());
+    const T square = dot(psi_r, psi_r);
+    const bool turns = square > T(0);
+    i_fe_ = (iron_conductance_ * present_.k_r()) * rate;
+    iron_torque_ =
+        turns ? iron_torque(torque_gain_, iron_conductance_, cross(psi_r, rate) / square, dot(psi_s_, psi_s_))
+              : T(0);
   }
 
   /// The current is in the direction of the rotor flux: only the magnitude of the flux is in question.
@@ -259,16 +290,18 @@ class FluxTorqueEstimator {
     }
     magnetised_ += p.dt;
     const SpaceVector<T> psi_r_before = current_model_.psi_r();
-    current_model_.step(p.i_s_mean, p.omega_m, p.dt);
+    const SpaceVector<T> i_s_mean = p.i_s_mean - i_fe_;
+    current_model_.step(i_s_mean, p.omega_m, p.dt);
     identifying_ = true;
     if (adaptation_.count(p.dt)) {
       adaptation_.magnetise(present_, i_s_, current_model_.psi_r(), steepness());
     }
     const SpaceVector<T> middle = direction(psi_r_before + current_model_.psi_r());
     const SpaceVector<T> voltage =
-        (T(1) / p.dt) * (p.volt_seconds - machine_.sigma_l_s() * (i_s_ - p.i_s_before));
+        (T(1) / p.dt) * (p.volt_seconds - machine_.sigma_l_s() * (i_s_ - p.i_s_before)) -
+        present_.r_s * i_fe_;
     identification_.step({dot(middle, voltage), cross(middle, voltage)},
-                         {dot(middle, p.i_s_mean), cross(middle, p.i_s_mean)},
+                         {dot(middle, i_s_mean), cross(middle, i_s_mean)},
                          behind_leakage(current_model_.psi_r(), i_s_), omega_r, p.dt);
     current_model_.set(product(identification_.turn(p.dt), current_model_.psi_r()));
     psi_s_ = identification_.flux() * direction(current_model_.psi_r()) + machine_.sigma_l_s() * i_s_;
@@ -382,6 +415,9 @@ class FluxTorqueEstimator {
   T warmth_{1};                                         ///< R_s by temperature, of that configured [-]
   T temperature_{std::numeric_limits<T>::quiet_NaN()};  ///< of the winding, to which that belongs [°C]
   T torque_gain_;                                       ///< 3/2 p [-]
+  T iron_conductance_;                                  ///< 1/R_fe [1/Ω]
+  T iron_torque_{};                                     ///< [N·m]
+  SpaceVector<T> i_fe_{};                               ///< that the iron loss takes [A]
   SpaceVector<T> psi_s_{};
   SpaceVector<T> i_s_{};  ///< at the last measurement [A]
   T omega_m_{};           ///< at the last measurement [rad/s]

@@ -42,6 +42,7 @@ class FluxVectorController : public EstimatingController<T> {
 
   [[nodiscard]] bool takes_parameters() const noexcept final { return true; }
   void take_parameters(const Controller<T>& from) noexcept SEXTANT_NONBLOCKING final {
+    Base::take_parameters(from);
     const auto& other = static_cast<const FluxVectorController&>(from);
     current_limit_ = other.current_limit_;
     torque_trim_.take_parameters(other.torque_trim_);

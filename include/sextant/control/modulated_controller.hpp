@@ -39,6 +39,7 @@ class ModulatedController : public EstimatingController<T> {
 
   [[nodiscard]] bool takes_parameters() const noexcept final { return true; }
   void take_parameters(const Controller<T>& from) noexcept SEXTANT_NONBLOCKING override {
+    Base::take_parameters(from);
     current_limit_ = static_cast<const ModulatedController&>(from).current_limit_;
   }
 

@@ -5,6 +5,7 @@
 
 #include "sextant/core/induction_machine_parameters.hpp"
 #include "sextant/core/inverter_model.hpp"
+#include "sextant/core/iron_torque.hpp"
 #include "sextant/core/saturation_parameters.hpp"
 
 namespace sextant {
@@ -12,8 +13,10 @@ namespace sextant {
 /// What controller, protections and limits of a drive have in common, stated once.
 template <class T = double>
 struct DriveBasis {
-  InductionMachineParameters<T> machine{};           ///< as the drive takes it to be
-  SaturationParameters<T> saturation{};              ///< the same, of its main flux; none by default
+  InductionMachineParameters<T> machine{};  ///< as the drive takes it to be
+  SaturationParameters<T> saturation{};     ///< the same, of its main flux; none by default
+  /// The same, R_fe of its iron loss, per phase (`iron_torque`); infinite: none [Ω]
+  T iron_loss_resistance{no_iron_loss<T>};
   typename InverterModel<T>::Parameters inverter{};  ///< the same, what makes the voltage of the patterns
   std::int32_t period_ns{25'000};                    ///< control period [ns]
   std::int32_t sampling_lead_ns{0};  ///< from the sample of the currents to the control period [ns]
@@ -34,6 +37,7 @@ struct DriveBasis {
     if (!positive(flux_reference)) return "the flux reference must be above zero";
     if (const char* problem = machine.validate()) return problem;
     if (const char* problem = saturation.validate()) return problem;
+    if (!(iron_loss_resistance > T(0))) return "the resistance of the iron loss must be above zero";
     return inverter.validate(period_ns);
   }
 };

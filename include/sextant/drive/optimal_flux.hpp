@@ -79,12 +79,13 @@ class OptimalFlux {
                {"", 0.05, 1,
                 "least flux of max_torque_per_ampere and min_loss, as a share of control.flux_reference_wb",
                 Changes::always});
-      d.number("iron_loss_resistance_ohm", NumberMember::unless_infinite(iron_resistance),
-               {"ohm", 1e-3, 1e9,
-                "resistance of the iron loss per phase, at all frequencies, across the voltage that the "
-                "stator flux induces, which min_loss uses; what the simulated machine loses is "
-                "plant.iron_loss; not set: no iron loss",
-                Changes::always});
+      d.number(
+          "iron_loss_resistance_ohm", NumberMember::unless_infinite(iron_resistance),
+          {"ohm", 1e-3, 1e9,
+           "resistance of the iron loss per phase, at all frequencies, across the voltage that the "
+           "stator flux induces: min_loss uses it, flux models and torque monitor subtract what it takes "
+           "of the torque; what the simulated machine loses is plant.iron_loss; not set: no iron loss",
+           Changes::always});
     }
   };
 

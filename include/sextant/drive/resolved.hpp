@@ -133,6 +133,7 @@ template <class T>
                            .machine = s.machine.value_or(basis.machine),
                            .saturation = basis.saturation,
                            .inverter = basis.inverter,
+                           .iron_loss_resistance = basis.iron_loss_resistance,
                            .flux_reference = basis.flux_reference,
                            .limit = s.limit.value_or(limits.torque_deviation),
                            .limit_share = s.limit_share,
@@ -161,6 +162,7 @@ template <class T>
   };
   basis.machine = at_reference(basis.machine);
   basis.saturation.machine_flux = basis.flux_reference;
+  basis.iron_loss_resistance = setup.optimal_flux.iron_loss_resistance;
   basis.inverter.voltage_error =
       setup.voltage_error.value_or(basis.inverter.likely_voltage_error(basis.period_ns, basis.u_dc));
   const DriveLimits<T> limits = drive_limits(basis.machine, basis.flux_reference, basis.u_dc);

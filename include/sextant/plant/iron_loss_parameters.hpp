@@ -59,8 +59,7 @@ void describe(Description& d, IronLossParameters<T>& p) {
             "resistance per phase of the eddy currents in the iron, across the voltage that the rotor flux "
             "linkage induces, beside the magnetising inductance of the inverse-Γ circuit: a loss by "
             "frequency squared; of the machine alone: the drive's drive.iron_loss_resistance_ohm is a "
-            "resistance at all frequencies, for flux_optimum = \"min_loss\" only, and no estimator knows of "
-            "either; 0: none"});
+            "resistance at all frequencies; 0: none"});
   d.number("hysteresis_ohm", hysteresis_resistance,
            {"ohm", 0, 1e9,
             "the same of hysteresis, at the frequency at_rad_s and in proportion to the frequency: a loss by "

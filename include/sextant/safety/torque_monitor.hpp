@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "sextant/core/inverter_model.hpp"
+#include "sextant/core/iron_torque.hpp"
 #include "sextant/core/measurement.hpp"
 #include "sextant/core/saturation_curve.hpp"
 #include "sextant/safety/monitored_flux.hpp"
@@ -39,7 +40,8 @@ namespace sextant {
 ///   oscillation whose sign changes more often than every `time`, and torque while the gates are off;
 ///   errors of the measurements themselves: currents that read low by a common factor, a wrong speed or link
 ///   voltage; a command that is wrong before the supervision;
-///   friction and iron loss: the torque is that of the air gap; saturation that is not given.
+///   friction: the torque is that of the air gap, less `iron_torque` where the iron loss is given; iron loss
+///   and saturation that are not.
 template <class T = double>
 class TorqueMonitor {
  public:
@@ -172,9 +174,20 @@ class TorqueMonitor {
 
   void compare(const TorqueMeans<T>& m) noexcept {
     band_ = bands_.narrower();
+    if (parameters_.iron_loss_resistance < no_iron_loss<T>) subtract_iron_loss(m);
     reach_.follow(band_.torque, tolerance(m.commanded), std::min(T(1), m.duration / trip_s_));
     lags_ = reach_.lag() >= m.duration && std::abs(m.commanded - reach_.torque()) > tolerance(m.commanded);
     violated_s_ = std::max(T(0), violated_s_ + (is_violated(m) ? m.duration : -m.duration));
+  }
+
+  /// Of the flux without torque, L_s/L_m ψ_r, that turns with the shaft: the slip counts little where the
+  /// loss does.
+  void subtract_iron_loss(const TorqueMeans<T>& m) noexcept {
+    const T pole_pairs = T(present_.pole_pairs);
+    const T ratio = present_.l_s() / present_.l_m;
+    const T lost = iron_torque(T(1.5) * pole_pairs, T(1) / parameters_.iron_loss_resistance,
+                               pole_pairs * m.omega_m, ratio * ratio * m.flux_squared);
+    band_ = {band_.torque - lost, band_.lowest - lost, band_.highest - lost};
   }
 
   [[nodiscard]] bool is_violated(const TorqueMeans<T>& m) const noexcept {

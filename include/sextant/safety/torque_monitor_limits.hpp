@@ -5,6 +5,7 @@
 
 #include "sextant/core/induction_machine_parameters.hpp"
 #include "sextant/core/inverter_model.hpp"
+#include "sextant/core/iron_torque.hpp"
 #include "sextant/core/saturation_parameters.hpp"
 
 namespace sextant {
@@ -19,6 +20,7 @@ struct TorqueMonitorLimits {
   InductionMachineParameters<T> machine{};  ///< the monitor's own parameters of the machine
   SaturationParameters<T> saturation{};     ///< the same, of its main flux; none by default
   typename InverterModel<T>::Parameters inverter{};  ///< the drive's, checked with its control period
+  T iron_loss_resistance{no_iron_loss<T>};           ///< the drive's; infinite: none [Ω]
   T flux_reference{T(1.1)};           ///< below half of it growing flux excuses a lack of torque [Wb]
   T limit{T(10)};                     ///< smallest deviation that counts [N·m]
   T limit_share{T(0.05)};             ///< the same as a share of the command [-]
@@ -36,6 +38,7 @@ struct TorqueMonitorLimits {
     const auto is_share = [](T x) { return x >= T(0) && x < T(1); };
     if (const char* problem = machine.validate()) return problem;
     if (const char* problem = saturation.validate()) return problem;
+    if (!(iron_loss_resistance > T(0))) return "the resistance of the iron loss must be above zero";
     if (!positive(flux_reference)) return "the flux reference must be above zero";
     if (!positive(limit) || !positive(wrong_sign)) return "the torque deviations must be above zero";
     if (!is_share(limit_share)) return "the share of the command must be in [0, 1)";

@@ -78,6 +78,11 @@ def iron(loss_w: float) -> Settings:
     return resistances | {"plant.iron_loss.at_rad_s": IRON_AT_RAD_S, "plant.integrator": "fixed"}
 
 
+def told_iron(loss_w: float) -> Settings:
+    """The same as the drive is told of it, P_fe = 3/2 (omega psi_s)²/R_fe: right at that frequency without torque."""
+    return {"drive.iron_loss_resistance_ohm": round(1.5 * (IRON_AT_RAD_S * 1.1) ** 2 / loss_w, 1)}
+
+
 @dataclass(frozen=True)
 class Case:
     """A plant, and what the drive is told of it."""
@@ -145,8 +150,12 @@ PULSES_CASES = tuple(
     for told in (False, True)
 )
 IRON_CASES = tuple(
-    NamedCase(f"25 us, iron loss of {loss:g} W at 50 Hz", {"drive.period_us": 25} | iron(loss))
+    NamedCase(
+        f"25 us, iron loss of {loss:g} W at 50 Hz, {'told' if told else 'not told'}",
+        {"drive.period_us": 25} | iron(loss) | (told_iron(loss) if told else {}),
+    )
     for loss in IRON_LOSSES_W
+    for told in (False, True)
 )
 SATURATION_CASES = (
     NamedCase("25 us, saturation, L_m right", {"drive.period_us": 25} | SATURATION),

@@ -1,5 +1,5 @@
-"""scripts/identify --live against the simulated plant, and Ctrl-C in a course. The drive runs half a second of control
-periods at each wake-up, so that a machine that stands still for less misses none."""
+"""scripts/identify --live against the simulated plant, and Ctrl-C in a course. The drive runs half or a quarter of a
+second of control periods at each wake-up, so that a machine that stands still for less misses none."""
 
 import os
 import signal
@@ -26,9 +26,14 @@ SETTINGS = (
 STARTED_S = 60.0
 
 
-def words_of(bus: str, domain: int, out: Path) -> list[str]:
-    settings = overrides((*SETTINGS, f"dds.domain={domain}"))
-    words = [str(ROOT / "configs" / "ecu_foc.toml"), "--live", "--only", "dead_time", "--can", bus, "--out", str(out)]
+# A torque that the drive has to hear of soon.
+OFTEN = "realtime.wake_every_periods=1250"
+
+
+def words_of(bus: str, domain: int, out: Path, only: str = "dead_time") -> list[str]:
+    often = (OFTEN,) if only == "inertia" else ()
+    settings = overrides((*SETTINGS, f"dds.domain={domain}", *often))
+    words = [str(ROOT / "configs" / "ecu_foc.toml"), "--live", "--only", only, "--can", bus, "--out", str(out)]
     return [*words, "--ecu", str(program("sextant-ecu")), *settings]
 
 
@@ -44,8 +49,22 @@ def test_a_live_drive_finds_dead_time_and_resistance(
     assert machine["r_s_ohm"] == pytest.approx(0.435, rel=0.03)
 
 
-def test_ctrl_c_in_a_course_turns_the_gates_off(live_bus: str, domain: int, tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "sextant_py.identify", *words_of(live_bus, domain, tmp_path)]
+def test_a_live_drive_turns_a_free_shaft_and_finds_its_inertia(
+    live_bus: str, domain: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert identify.main(words_of(live_bus, domain, tmp_path, "inertia")) == 0
+    said = capsys.readouterr().out
+    assert "rad/s" in said, "its progress"
+    assert "inertia: over, the drive is off" in said
+    machine = tomllib.loads((tmp_path / "machine.toml").read_text(encoding="utf-8"))
+    assert machine["inertia_kg_m2"] == pytest.approx(0.5, rel=0.03)  # of configs/ecu_foc.toml
+
+
+@pytest.mark.parametrize(("only", "course"), [("dead_time", "levels"), ("inertia", "inertia")])
+def test_ctrl_c_in_a_course_turns_the_gates_off(
+    only: str, course: str, live_bus: str, domain: int, tmp_path: Path
+) -> None:
+    command = [sys.executable, "-m", "sextant_py.identify", *words_of(live_bus, domain, tmp_path, only)]
     environment = os.environ | {"PYTHONPATH": str(ROOT / "scripts"), "PYTHONUNBUFFERED": "1"}
     # A session of its own: the signal goes to this program alone, and its drive has to hear of it over CAN.
     own = {"env": environment, "start_new_session": True, "stderr": subprocess.STDOUT}
@@ -56,8 +75,8 @@ def test_ctrl_c_in_a_course_turns_the_gates_off(live_bus: str, domain: int, tmp_
             time.sleep(0.05)
         running.send_signal(signal.SIGINT)
         assert running.wait(STARTED_S) == 130, running.text()
-        assert "levels: stopped, the drive is off" in running.text()
-    with h5py.File(tmp_path / "levels_cycles.h5") as recording:
+        assert f"{course}: stopped, the drive is off" in running.text()
+    with h5py.File(tmp_path / f"{course}_cycles.h5") as recording:
         assert "dropped" in recording.attrs, "it was closed"
         cycles = recording["cycles"][()]
     enabled = cycles["enable"].astype(bool)
