@@ -85,7 +85,7 @@ def test_a_trip_counts_once_and_ends_its_run() -> None:
     assert hours["NYCC"].faults == {"OPEN_PHASE": 1}
     assert json.loads(json.dumps(hours["NYCC"].to_json()))["faults"] == {"OPEN_PHASE": 1}
     shown = fault_campaign_page.trip_list([*hours.values(), Hours("demo", 10.0, 1)])
-    assert shown == "- NYCC: 600 s, 2 runs, **1 false trip**: OPEN_PHASE 1\n- demo: 10 s, 1 run, no trip"
+    assert shown == "- NYCC (600 s): **1 false trip**: OPEN_PHASE 1\n- no trip: demo (10 s)"
 
 
 def test_the_table_has_periods_where_they_are_few() -> None:
@@ -256,4 +256,4 @@ def test_the_page_takes_the_tables_of_the_library(tmp_path: Path) -> None:
     fault_campaign_library.write(page, found, 2)
     text = page.read_text(encoding="utf-8")
     assert "2 seeds at 5 operating points: 1 run." in text
-    assert "- 2.2 kW: random torque steps, foc: 3600 s, 120 runs, no trip" in text
+    assert "- no trip: 2.2 kW: random torque steps, foc (3600 s)" in text

@@ -137,4 +137,4 @@ def test_the_page_takes_the_tables_of_the_campaign(tmp_path: Path) -> None:
     text = page.read_text(encoding="utf-8")
     assert "1 seed at 5 operating points: 1 run." in text
     assert "| open phase | 1 | 1 | 0 | 0 | 0 | 2.5 | OPEN_PHASE 1 |" in text
-    assert "- random, foc: 360 s, 12 runs, no trip" in text
+    assert "- no trip: random, foc (360 s)" in text

@@ -1,6 +1,7 @@
 """out/bench.json, the figures of one run; and the page made of it."""
 
 import json
+import re
 import shutil
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -18,7 +19,8 @@ PAGE = ROOT / "docs" / "performance.md"
 IMAGES = ROOT / "docs" / "images"
 PLOTS = {"growth": "growth.png", "live": "latency.png"}  # by stage, in the folder beside the results
 PERCENTILES = ("p50_us", "p99_us", "p99.9_us")
-WITHOUT_TARGET = ("control", "growth", "instructions")  # stages whose figures without a target the page shows too
+PART = re.compile(r"^of it| beside it")  # of another distribution, which the page shows
+WITHOUT_TARGET = ("growth", "instructions")  # stages whose figures without a target the page shows too
 LATENCY = (
     "\n\n![Wake-up latency beside cyclictest, and command to gate](images/latency.png)\n\n"
     "*The part of the wake-ups, and of the times from a command's frame to its first gate pattern, that take longer.*"
@@ -107,6 +109,7 @@ def latency(stages: Stages) -> str:
         (text, *(f"{summary[key]:.3g}" for key in PERCENTILES), f"{summary['max_us']:.4g}")
         for stage in stages.values()
         for text, summary in stage.distributions.items()
+        if not PART.search(text)
     ]
     head = ("[µs]", "median", "99 %", "99.9 %", "longest")
     return page.table(head, rows) + LATENCY if rows else ""

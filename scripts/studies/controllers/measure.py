@@ -9,6 +9,7 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from sextant_py import printed_configuration
 from sextant_py.errors import UserError
 from sextant_py.sweep_file import toml_value
 from sextant_py.sweep_point import clean_reason, read_summary
@@ -42,7 +43,7 @@ TIME_LIMIT_S = 1800  # of one run [s]
 
 def methods(mil: Path, scenario: Path) -> list[str]:
     """The control methods that this sextant-mil knows, by the key's own description."""
-    text = subprocess.run([mil, scenario, "--print-config"], capture_output=True, text=True, check=True).stdout
+    text = printed_configuration.text_of(mil, scenario)
     line = next(line for line in text.splitlines() if line.startswith("controller = "))
     names = re.search(r'((?:"[\w-]+" or )*"[\w-]+"); default', line)
     if not names:

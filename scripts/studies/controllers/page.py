@@ -70,16 +70,15 @@ def _kilohertz(results: Results, section: str, method: str) -> str:
 
 
 def _starts(results: Results) -> str:
-    rows: list[tuple[str, Value]] = []
-    for limit in (20, 40):
-        rows.append((
-            f"15 N·m after [ms], {limit} A",
-            lambda m, limit=limit: figure(results.metric("start", m, (limit,), "response_time_ms"), 1),
-        ))  # fmt: skip
-        rows.append((
-            f"peak current [A], {limit} A",
-            lambda m, limit=limit: figure(results.metric("start", m, (limit,), "peak_current_a"), 1),
-        ))  # fmt: skip
+    rows = [
+        (
+            f"{limit} A",
+            lambda m, limit=limit: "/".join(
+                figure(results.metric("start", m, (limit,), name), 1) for name in ("response_time_ms", "peak_current_a")
+            ),
+        )
+        for limit in (20, 40)
+    ]
     return _by_method(results, rows)
 
 

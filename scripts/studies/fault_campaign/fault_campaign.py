@@ -118,10 +118,10 @@ def provoke(options: argparse.Namespace) -> list[dict]:
     return found
 
 
-def drive(options: argparse.Namespace, mil: Path) -> list[false_trips.Hours]:
+def drive(options: argparse.Namespace) -> list[false_trips.Hours]:
     hours: dict[str, false_trips.Hours] = {}
     with tempfile.TemporaryDirectory(prefix="sextant-trips-") as name:
-        lab = false_trips.Lab(mil, Path(name))
+        lab = false_trips.Lab(options.mil, Path(name))
         plan = false_trips.drives(options.hours)
         for done, (one, summary) in enumerate(lab.run_all(plan, options.jobs), start=1):
             false_trips.add(hours, one, summary)
@@ -135,7 +135,7 @@ def of_a_file(options: argparse.Namespace) -> int:
     """The campaign of the drive of a file."""
     work = OUT / "fault_campaign"
     work.mkdir(parents=True, exist_ok=True)
-    campaign = fault_campaign_file.Campaign(options.file, mil_program.find(options.mil), work)
+    campaign = fault_campaign_file.Campaign(options.file, options.mil, work)
     for key in campaign.drive.left_out:
         print(f"fault_campaign: {key} is left out: no scenario has it", file=sys.stderr)
     methods = fault_campaign_file.chosen_methods(options.methods, campaign.method)
@@ -152,12 +152,11 @@ def of_a_study(options: argparse.Namespace, study: ModuleType, name: str, subjec
     """The campaign on the machines of a library, or on a plant with the errors of a real one."""
     work = OUT / "fault_campaign"
     work.mkdir(parents=True, exist_ok=True)
-    mil = mil_program.find(options.mil)
     found = study.measure(
         options.seeds,
         options.hours,
         options.jobs,
-        mil,
+        options.mil,
         work,
         lambda count, of: progress_of(count, of, "fault_campaign"),
     )
@@ -186,15 +185,15 @@ def verdict(found: list[dict], hours: list[false_trips.Hours]) -> int:
 
 def main(arguments: list[str]) -> int:
     options = parse_arguments(arguments)
+    options.mil = mil_program.find(options.mil)
     if options.file:
         return of_a_file(options)
     if options.library:
         return of_a_study(options, library, "library", "the library")
     if options.honest:
         return of_a_study(options, honest, "honest", "the honest plant")
-    mil = mil_program.find(options.mil) if options.hours > 0 else None
     faults = provoke(options)
-    hours = drive(options, mil) if mil else []
+    hours = drive(options) if options.hours > 0 else []
     print(fault_table(faults), trip_list(hours), sep="\n\n")
     OUT.mkdir(parents=True, exist_ok=True)
     results = {"seeds": options.seeds, "faults": faults, "hours": [one.to_json() for one in hours]}

@@ -34,13 +34,18 @@ def fault_table(faults: list[dict]) -> str:
 
 
 def trip_list(hours: list[Hours]) -> str:
-    """Driving without a fault, and what tripped in it."""
+    """Driving without a fault: what tripped in it, and what did not."""
     lines = []
     for one in hours:
-        faults = ", ".join(f"{name} {count}" for name, count in sorted(one.faults.items()))
-        trips = f"**{counted(sum(one.faults.values()), 'false trip')}**: {faults}" if faults else "no trip"
-        lines.append(f"- {one.kind}: {one.simulated_s:.0f} s, {counted(one.runs, 'run')}, {trips}")
-    return "\n".join(lines)
+        if one.faults:
+            faults = ", ".join(f"{name} {count}" for name, count in sorted(one.faults.items()))
+            lines.append(f"- {_driven(one)}: **{counted(sum(one.faults.values()), 'false trip')}**: {faults}")
+    quiet = "; ".join(_driven(one) for one in hours if not one.faults)
+    return "\n".join([*lines, *([f"- no trip: {quiet}"] if quiet else [])])
+
+
+def _driven(one: Hours) -> str:
+    return f"{one.kind} ({one.simulated_s:.0f} s)"
 
 
 def write(page: Path, seeds: int, faults: list[dict], hours: list[Hours]) -> None:

@@ -13,6 +13,7 @@ from functools import cached_property
 from pathlib import Path
 
 import h5py
+from sextant_py import printed_configuration
 from sextant_py.errors import EndedError
 from sextant_py.paths import ROOT
 from sextant_py.plots.trace import Trace
@@ -84,11 +85,7 @@ class Lab:
 
     def configuration(self, scenario: str) -> str:
         """The configuration in force, as `--print-config` has it."""
-        arguments = [str(SCENARIOS / f"{scenario}.toml"), "--print-config"]
-        found = subprocess.run([self.mil, *arguments], cwd=ROOT, capture_output=True, text=True)
-        if found.returncode != 0:
-            raise EndedError(f"sextant-mil {shlex.join(arguments)} failed: {found.stderr.strip()[-300:]}")
-        return found.stdout
+        return printed_configuration.text_of(self.mil, ROOT / SCENARIOS / f"{scenario}.toml")
 
     def _begin(self, scenario: str, settings: Settings, trace: bool) -> "Future[Run]":
         if trace and scenario in ROWS_US:
