@@ -4,8 +4,6 @@ it or not, whose machine saturates or whose DC link has a capacitance.
 
 import argparse
 import os
-import subprocess
-import tempfile
 from collections import Counter
 from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
@@ -16,9 +14,8 @@ from sextant_py import identify, mil_program
 from sextant_py.errors import UserError, run
 from sextant_py.identify_files import told_dead_time_us, told_voltage_error_v
 from sextant_py.paths import OUT, ROOT
+from sextant_py.short_run import run_of
 from sextant_py.sweep_file import Settings, toml_value
-from sextant_py.sweep_point import clean_reason, read_summary
-from sextant_py.sweep_reader import set_words
 
 from studies import honest_drive, json_file
 from studies.torque_map.drive import SENSORS
@@ -185,16 +182,10 @@ class Lab:
         self.file.write_text(scenario(), encoding="utf-8")
 
     def metrics(self, settings: Settings) -> tuple[dict, list]:
-        with tempfile.TemporaryDirectory(prefix="sextant-inverter-") as out:
-            command = [str(self.mil), str(self.file), *set_words(settings), "--no-trace", "--out", out]
-            try:
-                done = subprocess.run(command, capture_output=True, text=True, timeout=TIME_LIMIT_S)
-            except subprocess.TimeoutExpired:
-                raise UserError(f"a run took longer than {TIME_LIMIT_S} s: {' '.join(command)}.") from None
-            summary = read_summary(Path(out))
-        if summary is None:
-            raise UserError(f"sextant-mil refuses the drive: {clean_reason(done.stderr)}.")
-        return summary["metrics"], summary["faults"]
+        ended = run_of(self.mil, self.file, settings, TIME_LIMIT_S)
+        if ended.summary is None:
+            raise UserError(f"sextant-mil refuses the drive: {ended.said}.")
+        return ended.summary["metrics"], ended.summary["faults"]
 
     def point(self, method: str, case: Case | NamedCase, speed: float, torque: float) -> dict:
         settings = {
