@@ -3,7 +3,6 @@ it or not, whose machine saturates or whose DC link has a capacitance.
 """
 
 import argparse
-import os
 from collections import Counter
 from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
@@ -14,6 +13,7 @@ from sextant_py import identify, mil_program
 from sextant_py.errors import UserError, run
 from sextant_py.identify_files import told_dead_time_us, told_voltage_error_v
 from sextant_py.paths import OUT, ROOT
+from sextant_py.program_arguments import add_runs, parser_of
 from sextant_py.short_run import run_of
 from sextant_py.sweep_file import Settings, toml_value
 
@@ -265,18 +265,11 @@ def numbers(text: str) -> list[float]:
         raise argparse.ArgumentTypeError(f'expected numbers, got "{text}"') from None
 
 
-def positive(text: str) -> int:
-    if not text.isdecimal() or int(text) == 0:
-        raise argparse.ArgumentTypeError(f'expected a whole number above 0, got "{text}"')
-    return int(text)
-
-
 def parse_arguments(arguments: list[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        prog="inverter_study",
-        description="Measures the drive on a plant with dead time, drops or a minimum pulse, told of them or not.",
-        epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+    parser = parser_of(
+        "inverter_study",
+        "Measures the drive on a plant with dead time, drops or a minimum pulse, told of them or not.",
+        EXAMPLES,
     )
     parser.add_argument("--methods", type=lambda text: text.split(","), default=list(METHODS), metavar="A,B")
     parser.add_argument("--cases", default="", metavar="TEXT", help="those whose names begin with it (default: all)")
@@ -292,10 +285,7 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument("--identified", action="store_true", help="each plant with dead time, as identify finds it")
     parser.add_argument("--speeds", type=numbers, default=list(SPEEDS), metavar="A,B", help="in rad/s")
     parser.add_argument("--torques", type=numbers, default=list(TORQUES), metavar="A,B", help="in N·m")
-    parser.add_argument(
-        "--jobs", type=positive, default=os.cpu_count(), metavar="N", help="runs at a time (default: all cores)"
-    )
-    parser.add_argument("--mil", type=Path, metavar="PATH", help="sextant-mil to use (default: that of build/release)")
+    add_runs(parser)
     return parser.parse_args(arguments)
 
 
