@@ -19,6 +19,7 @@ import numpy as np
 from . import bus as can_bus
 from .errors import UserError, run
 from .paths import OUT, ROOT
+from .program_arguments import parser_of
 from .recording import formats
 from .recording.losses import LossCounter
 from .recording.model import MAIN, Source
@@ -230,10 +231,7 @@ def same_values(file: object, number: int, source: Source, group: str, name: str
 
 
 def parse_arguments(arguments: list[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        prog="check_recording", description=__doc__, epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )  # fmt: skip
+    parser = parser_of("check_recording", __doc__, EXAMPLES)
     parser.add_argument("--minutes", type=float, default=10.0, help="how long to record (default: 10)")
     parser.add_argument("--domain", type=int, default=38, help="DDS domain (default: 38)")
     parser.add_argument("--can", default="udp_multicast:239.74.163.2:43138", metavar="ADDRESS", help="CAN bus")

@@ -7,6 +7,7 @@ from pathlib import Path
 from . import comparison_report as report
 from .comparison import OUT, Row, Tolerances, compare, runs_of
 from .errors import UserError, run
+from .program_arguments import parser_of
 from .seconds import finite_seconds
 
 EXAMPLES = """examples:
@@ -39,12 +40,7 @@ an argument or a file is wrong."""
 
 
 def parse_arguments(arguments: list[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        prog="compare",
-        description="Compares two runs metric by metric, each within its tolerance.",
-        epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = parser_of("compare", "Compares two runs metric by metric, each within its tolerance.", EXAMPLES)
     parser.add_argument("first", type=Path, metavar="A", help="the run that counts as right")
     parser.add_argument("second", type=Path, metavar="B", help="the run that is compared with it")
     parser.add_argument(

@@ -16,6 +16,7 @@ from . import printed_configuration
 from .errors import EndedError, run
 from .paths import ECU, LOOPBACK, ROOT
 from .profile import load
+from .program_arguments import parser_of
 
 PROGRAM = ROOT / "build" / "release" / "apps" / "sextant-ecu"
 PROFILE = ROOT / "configs" / "profiles" / "demo.csv"
@@ -106,12 +107,11 @@ def table_of(found: dict[str, list[Run]]) -> Table:
 
 
 def parse_arguments(arguments: list[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        prog="compare_live",
-        description="Runs the live drive with CVODE and with the fixed step in turns, following the demo's profile, "
+    parser = parser_of(
+        "compare_live",
+        "Runs the live drive with CVODE and with the fixed step in turns, following the demo's profile, "
         "and prints the control periods that each has missed.",
-        epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+        EXAMPLES,
     )
     parser.add_argument("--rounds", type=int, default=3, metavar="N", help="runs of each integrator (default: 3)")
     parser.add_argument("--config", type=Path, default=ECU, metavar="FILE", help="default: configs/ecu.toml")

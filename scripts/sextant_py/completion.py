@@ -1,12 +1,12 @@
 """sextant completion bash|zsh: what a shell needs to complete options and arguments of the programs."""
 
-import argparse
 import os
 import sys
 
 from .commands import COMMANDS
 from .errors import run
 from .paths import ROOT
+from .program_arguments import parser_of
 from .shell_request import REQUESTED
 
 EXAMPLES = """examples:
@@ -36,11 +36,8 @@ def programs() -> list[str]:
 
 
 def main(arguments: list[str]) -> int:
-    parser = argparse.ArgumentParser(
-        prog="completion",
-        description="Prints what a shell needs to complete options and arguments of the programs.",
-        epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+    parser = parser_of(
+        "completion", "Prints what a shell needs to complete options and arguments of the programs.", EXAMPLES
     )
     parser.add_argument("shell", choices=("bash", "zsh"))
     shell = parser.parse_args(arguments).shell

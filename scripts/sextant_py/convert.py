@@ -5,6 +5,7 @@ import sys
 from pathlib import Path
 
 from .errors import UserError, run
+from .program_arguments import parser_of
 from .recording import formats
 from .recording.copying import copy, main_of
 from .recording.model import Source
@@ -20,12 +21,11 @@ EXAMPLES = """examples:
 
 
 def parse_arguments(arguments: list[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        prog="convert",
-        description="Converts a recording of scripts/record or a trace of sextant-mil; the suffixes"
+    parser = parser_of(
+        "convert",
+        "Converts a recording of scripts/record or a trace of sextant-mil; the suffixes"
         f" {', '.join(formats.SUFFIXES)} name the formats.",
-        epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+        EXAMPLES,
     )
     parser.add_argument("input", type=Path, metavar="IN", help="recording or trace to read")
     parser.add_argument("output", type=Path, metavar="OUT", help="file to write; an existing one is replaced")

@@ -11,6 +11,7 @@ from rich.table import Table
 from . import printed_configuration, profile
 from .errors import UserError, run
 from .paths import ECU, ROOT
+from .program_arguments import parser_of
 from .sweep_file import Settings, toml_value
 from .sweep_point import clean_reason, read_summary
 from .sweep_reader import flat
@@ -91,12 +92,11 @@ def table_of(found: dict[str, Metrics]) -> Table:
 
 
 def parse_arguments(arguments: list[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        prog="demo_methods",
-        description="Runs the demo's profile in sextant-mil with the drives of configs/ecu.toml and ecu_foc.toml, "
+    parser = parser_of(
+        "demo_methods",
+        "Runs the demo's profile in sextant-mil with the drives of configs/ecu.toml and ecu_foc.toml, "
         "prints figures of their plants beside each other and keeps the traces.",
-        epilog="example:\n  python -m sextant_py.demo_methods build/release/apps out/demo",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+        "example:\n  python -m sextant_py.demo_methods build/release/apps out/demo",
     )
     parser.add_argument("programs", type=Path, help="directory of sextant-ecu and sextant-mil")
     parser.add_argument("out", type=Path, help="directory for the traces, in one directory a method")

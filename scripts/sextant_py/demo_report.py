@@ -12,6 +12,7 @@ from rich.table import Table
 
 from .dds import contract_fields
 from .errors import UserError, run
+from .program_arguments import parser_of
 from .tracking import TOLERANCE_NM, TOLERANCE_SHARE, Tracking
 
 STEP_NM = 5.0
@@ -159,11 +160,10 @@ def load_statistics(path: Path | None, drive_id: int) -> dict | None:
 
 
 def parse_arguments(arguments: list[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        prog="demo_report",
-        description="Compares commands with a recording.",
-        epilog="example:\n  python -m sextant_py.demo_report out/demo/commands_1.json out/demo/recording_1.h5",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+    parser = parser_of(
+        "demo_report",
+        "Compares commands with a recording.",
+        "example:\n  python -m sextant_py.demo_report out/demo/commands_1.json out/demo/recording_1.h5",
     )
     parser.add_argument("commands", type=Path, help="log of scripts/vcu")
     parser.add_argument("recording", type=Path, help="recording of scripts/record, .h5")

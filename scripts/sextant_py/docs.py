@@ -9,6 +9,7 @@ from pathlib import Path
 from . import vendor
 from .errors import UserError, run
 from .paths import ROOT
+from .program_arguments import parser_of
 
 DEFAULT = ROOT / "out" / "site"
 
@@ -21,9 +22,7 @@ A link that leads nowhere ends the build with exit status 1."""
 
 
 def parse_arguments(arguments: list[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        prog="docs", description=__doc__, epilog=EXAMPLES, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of("docs", __doc__, EXAMPLES)
     what = parser.add_mutually_exclusive_group()
     what.add_argument("--out", type=Path, metavar="DIR", help="where to build it (default: out/site)")
     what.add_argument("--serve", action="store_true", help="build it in memory and serve it until Ctrl-C")

@@ -13,6 +13,7 @@ from . import expect_scenario, junit, mil_program
 from .errors import UserError, run
 from .expect_bounds import Bounds
 from .expect_evaluation import Evaluation, LimitResult, evaluate
+from .program_arguments import parser_of
 from .seconds import finite_seconds
 
 PLAIN_WIDTH = 110  # where there is no terminal
@@ -36,9 +37,7 @@ when an argument or a file is wrong."""
 
 
 def parse_arguments(arguments: list[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        prog="expect", description=__doc__, epilog=EXAMPLES, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of("expect", __doc__, EXAMPLES)
     parser.add_argument("scenario", type=Path, metavar="SCENARIO.toml", help="with [expect]")
     parser.add_argument("recording", type=Path, metavar="RECORDING", help="that is evaluated")
     parser.add_argument("--junit", type=Path, metavar="FILE", help="write a JUnit file")

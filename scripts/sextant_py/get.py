@@ -1,10 +1,10 @@
 """Shows parameters of a running drive."""
 
-import argparse
 import difflib
 from pathlib import Path
 
 from .errors import UserError, run
+from .program_arguments import parser_of
 from .set import listed, parameters
 
 EXAMPLES = """examples:
@@ -20,11 +20,8 @@ def is_of(key: str, wanted: str) -> bool:
 
 
 def main(arguments: list[str]) -> int:
-    parser = argparse.ArgumentParser(
-        prog="get",
-        description="Shows parameters of the drive of a running sextant-ecu, and when they may change.",
-        epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+    parser = parser_of(
+        "get", "Shows parameters of the drive of a running sextant-ecu, and when they may change.", EXAMPLES
     )
     parser.add_argument("socket", type=Path, metavar="SOCKET", help="the --set-socket of the program")
     parser.add_argument("keys", nargs="*", metavar="KEY", help="a key, or a table with all of its keys; default: all")

@@ -38,6 +38,7 @@ from .identify_shaft import (
     turning,
 )
 from .paths import OUT
+from .program_arguments import parser_of
 from .sweep_file import Settings
 
 EXAMPLES = """examples:
@@ -87,11 +88,10 @@ def parts(text: str) -> list[str]:
 
 
 def parse_arguments(arguments: list[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        prog="identify",
-        description="Measures inverter, machine and inertia through the drive's gates, and writes what the drive uses.",
-        epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+    parser = parser_of(
+        "identify",
+        "Measures inverter, machine and inertia through the drive's gates, and writes what the drive uses.",
+        EXAMPLES,
     )
     parser.add_argument("file", type=Path, metavar="CONFIG", help="a file of sextant-ecu or sextant-mil")
     parser.add_argument(

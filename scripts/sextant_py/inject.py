@@ -1,12 +1,12 @@
 """Gives a running simulated plant a fault: `sextant.inject`."""
 
-import argparse
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from .errors import UserError, run
 from .local_request import described, order
+from .program_arguments import parser_of
 from .sweep_reader import toml_value
 
 EXAMPLES = """examples:
@@ -56,11 +56,8 @@ def _absent(fault_socket: str | Path) -> str:
 
 
 def main(arguments: list[str]) -> int:
-    parser = argparse.ArgumentParser(
-        prog="inject",
-        description="Gives the simulated plant of a running sextant-ecu or sextant-plant a fault.",
-        epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+    parser = parser_of(
+        "inject", "Gives the simulated plant of a running sextant-ecu or sextant-plant a fault.", EXAMPLES
     )
     parser.add_argument("socket", type=Path, metavar="SOCKET", help="the --fault-socket of the program")
     parser.add_argument("kind", metavar="KIND", help='of plant.faults.kind; "none" ends the fault')

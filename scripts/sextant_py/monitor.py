@@ -14,6 +14,7 @@ from rich.text import Text
 from .dds import Drive, Telemetry
 from .drive_view import FOLLOWING, TIMEOUT_S, DriveView, fault_names
 from .errors import EndedError, run
+from .program_arguments import parser_of
 from .seconds import positive_seconds
 
 __all__ = ["FOLLOWING", "PATIENCE_S", "TIMEOUT_S", "Monitor", "as_dict", "fault_names", "main", "plain"]
@@ -107,11 +108,8 @@ class Monitor:
 
 
 def parse_arguments(arguments: list[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        prog="monitor",
-        description="Shows the telemetry of the drives that are on the network; Ctrl-C ends it.",
-        epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+    parser = parser_of(
+        "monitor", "Shows the telemetry of the drives that are on the network; Ctrl-C ends it.", EXAMPLES
     )
     parser.add_argument("--domain", type=int, default=0, help="DDS domain (default: 0)")
     parser.add_argument("--duration", type=positive_seconds, metavar="S", help="end after so long")

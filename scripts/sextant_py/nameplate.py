@@ -11,6 +11,7 @@ from .nameplate_limits import OVERLOAD, limits_of
 from .nameplate_report import report
 from .nameplate_spread import variants
 from .paths import OUT
+from .program_arguments import parser_of
 
 EXAMPLES = """examples:
   scripts/nameplate --power-w 2200 --voltage-v 400 --connection star --current-a 5 --speed-rpm 1430 \\
@@ -30,12 +31,7 @@ NAME = re.compile(r"[A-Za-z0-9][\w-]*")
 
 
 def parse_arguments(arguments: list[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        prog="nameplate",
-        description=__doc__,
-        epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = parser_of("nameplate", __doc__, EXAMPLES)
     parser.add_argument("file", type=Path, nargs="?", metavar="FILE", help="the plate as TOML, keys as the options")
     plate = parser.add_argument_group("name plate")
     for entry in nameplate_plate.ENTRIES:

@@ -14,6 +14,7 @@ from cyclonedds.topic import Topic
 from . import bus as can_bus
 from . import dds, telemetry_types
 from .errors import EndedError, UserError, run
+from .program_arguments import parser_of
 from .recording import formats, topics
 from .recording.can_frames import CAN, frame_of
 from .recording.model import MAIN, Source
@@ -94,12 +95,10 @@ class Player:
 
 
 def parse_arguments(arguments: list[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        prog="playback",
-        description="Plays a recording over DDS, for monitor, dashboard and record, and with --can its frames over"
-        " a CAN bus.",
-        epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+    parser = parser_of(
+        "playback",
+        "Plays a recording over DDS, for monitor, dashboard and record, and with --can its frames over a CAN bus.",
+        EXAMPLES,
     )
     parser.add_argument("file", type=Path, metavar="FILE", help=f"recording ({', '.join(formats.SUFFIXES)})")
     parser.add_argument("--domain", type=int, default=0, help="DDS domain (default: 0)")

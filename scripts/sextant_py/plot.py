@@ -6,6 +6,7 @@ from pathlib import Path
 
 from . import signal_file
 from .errors import UserError, run
+from .program_arguments import parser_of
 from .seconds import finite_seconds
 
 PICTURES = (".png", ".svg", ".pdf")
@@ -25,9 +26,7 @@ of the output decides between a picture (.png, .svg, .pdf) and a page (.html). d
 
 
 def parse_arguments(arguments: list[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        prog="plot", description=__doc__, epilog=EXAMPLES, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of("plot", __doc__, EXAMPLES)
     endings = ", ".join(signal_file.SUFFIXES)
     parser.add_argument("words", nargs="*", metavar="FILE|SIGNAL", help=f"files ({endings}) and signals of them")
     parser.add_argument(

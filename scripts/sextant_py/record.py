@@ -8,6 +8,7 @@ from pathlib import Path
 
 from . import bus as can_bus
 from .errors import EndedError, UserError, run
+from .program_arguments import parser_of
 from .recording import formats
 from .recording.can_frames import CanReader
 from .recording.live import LiveDrive
@@ -27,12 +28,10 @@ EXAMPLES = """examples:
 
 
 def parse_arguments(arguments: list[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        prog="record",
-        description="Records telemetry, states and statistics of one drive until Ctrl-C, SIGTERM or the end of"
-        " --duration.",
-        epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+    parser = parser_of(
+        "record",
+        "Records telemetry, states and statistics of one drive until Ctrl-C, SIGTERM or the end of --duration.",
+        EXAMPLES,
     )
     suffixes = ", ".join(formats.SUFFIXES)
     parser.add_argument(

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from .errors import UserError, run
+from .program_arguments import parser_of
 
 EXAMPLES = """examples:
   rt_check                  this machine, for a control thread on any CPU
@@ -275,11 +276,8 @@ def inspect(machine: Machine, cpu: int | None) -> list[Finding]:
 
 
 def parse_arguments(arguments: list[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        prog="rt_check",
-        description="Says what keeps this machine from hard real time, and the command that changes it.",
-        epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+    parser = parser_of(
+        "rt_check", "Says what keeps this machine from hard real time, and the command that changes it.", EXAMPLES
     )
     parser.add_argument("--cpu", type=int, help="the CPU of the control thread (realtime.cpu)")
     parser.add_argument("--strict", action="store_true", help="fail where anything is to be changed")

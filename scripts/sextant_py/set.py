@@ -1,12 +1,12 @@
 """Sets parameters of a running drive: `sextant.set_parameters`."""
 
-import argparse
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from .errors import UserError, run
 from .local_request import described, order
+from .program_arguments import parser_of
 from .sweep_reader import toml_value
 
 EXAMPLES = """examples:
@@ -64,12 +64,7 @@ def listed(one: Mapping[str, Any]) -> str:
 
 
 def main(arguments: list[str]) -> int:
-    parser = argparse.ArgumentParser(
-        prog="set",
-        description="Sets parameters of the drive of a running sextant-ecu.",
-        epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = parser_of("set", "Sets parameters of the drive of a running sextant-ecu.", EXAMPLES)
     parser.add_argument("socket", type=Path, metavar="SOCKET", help="the --set-socket of the program")
     parser.add_argument("values", nargs="+", metavar="KEY=VALUE", help="keys and values as of --set")
     options = parser.parse_args(arguments)

@@ -1,7 +1,8 @@
-"""Runs of a drive as short as can be: whether sextant-mil takes it, and the configuration in force."""
+"""Runs of sextant-mil without a trace, and those as short as can be: whether it takes a drive, and how."""
 
 import subprocess
 import tempfile
+from dataclasses import dataclass
 from pathlib import Path
 
 from .errors import UserError
@@ -18,15 +19,31 @@ def scenario_text(settings: Settings, name: str) -> str:
     return "\n".join([*(f"{key} = {toml_value(value)}" for key, value in settings.items()), *head]) + "\n"
 
 
-def summary_of(mil: Path, scenario: Path, settings: Settings) -> dict:
-    """Of one run that must have one."""
+@dataclass(frozen=True)
+class Ended:
+    """A run that has ended."""
+
+    summary: dict | None  # None where it left none
+    said: str  # what it reported, or how it ended
+
+
+def run_of(mil: Path, scenario: Path, settings: Settings, time_limit_s: float = 120) -> Ended:
+    """One run of a scenario with these settings beside it."""
     with tempfile.TemporaryDirectory(prefix="sextant-run-") as out:
         command = [mil, scenario, *set_words(settings), "--no-trace", "--out", out]
-        done = subprocess.run(command, capture_output=True, text=True, timeout=60)
-        found = read_summary(Path(out))
-    if found is None:
-        raise UserError(f"{scenario}: sextant-mil refuses the drive: {clean_reason(done.stderr)}.")
-    return found
+        try:
+            done = subprocess.run(command, capture_output=True, text=True, timeout=time_limit_s)
+        except subprocess.TimeoutExpired:
+            return Ended(None, f"no result within {time_limit_s:g} s")
+        return Ended(read_summary(Path(out)), clean_reason(done.stderr, mil.name) or f"exit status {done.returncode}")
+
+
+def summary_of(mil: Path, scenario: Path, settings: Settings) -> dict:
+    """Of one run that must have one."""
+    ended = run_of(mil, scenario, settings)
+    if ended.summary is None:
+        raise UserError(f"{scenario}: sextant-mil refuses the drive: {ended.said}.")
+    return ended.summary
 
 
 def known_keys(mil: Path, directory: Path, machine: Settings) -> set[str]:

@@ -14,6 +14,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from . import mil_program, sweep_file, sweep_program
 from .errors import run
 from .paths import OUT
+from .program_arguments import parser_of
 from .sweep_file import Sweep, toml_value
 from .sweep_point import EXPECT_FAILED, FAILED, OK, Job
 from .sweep_store import SweepStore
@@ -41,11 +42,8 @@ interrupted."""
 
 
 def parse_arguments(arguments: list[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        prog="sweep",
-        description="Runs a scenario at many points of its configuration and writes one table and plots of them.",
-        epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+    parser = parser_of(
+        "sweep", "Runs a scenario at many points of its configuration and writes one table and plots of them.", EXAMPLES
     )
     parser.add_argument("file", type=Path, metavar="SWEEP.toml", help="what is swept")
     parser.add_argument("--out", type=Path, metavar="DIR", help="where everything goes (default: out/sweeps/NAME)")

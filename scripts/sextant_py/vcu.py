@@ -17,6 +17,7 @@ from .commander import COMMAND
 from .contract import Contract
 from .control_unit import Vcu
 from .errors import EndedError, UserError, run
+from .program_arguments import parser_of
 from .reports import FOLLOWING_STATES, RUNNING_STATES, STATUS, Reports
 from .tracking import Tracking
 
@@ -124,12 +125,7 @@ def write_log(path: Path, start_ns: int | None, vcu: Vcu) -> None:
 
 
 def parse_arguments(arguments: list[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        prog="vcu",
-        description="Plays a torque profile to a drive over CAN, as a vehicle control unit does.",
-        epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = parser_of("vcu", "Plays a torque profile to a drive over CAN, as a vehicle control unit does.", EXAMPLES)
     parser.add_argument("--can", metavar="BUS", help="default: the bus that configs/ecu.toml names")
     offset = "the drive's can.identifier_offset; default: that of configs/ecu.toml"
     parser.add_argument("--identifier-offset", type=int, metavar="N", help=offset)

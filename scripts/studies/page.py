@@ -1,7 +1,8 @@
 """Tables of Markdown, and their places in the pages of docs."""
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from pathlib import Path
 
 from sextant_py.errors import UserError
 
@@ -20,6 +21,17 @@ def table(head: Iterable[str], rows: Iterable[Iterable[object]], left: Iterable[
 def counted(count: int, name: str) -> str:
     """So many of what has this name."""
     return f"{count} {name}" if count == 1 else f"{count} {name}s"
+
+
+def filled(template: Path, fields: Mapping[str, object]) -> str:
+    """The template's text with the fields in the place of their names in braces."""
+
+    def field(found: re.Match) -> str:
+        if found[1] not in fields:
+            raise UserError(f"{template} names {found[0]}, which its study does not make.")
+        return str(fields[found[1]])
+
+    return re.sub(r"\{(\w+)\}", field, template.read_text(encoding="utf-8"))
 
 
 def put(page: str, name: str, text: str) -> str:

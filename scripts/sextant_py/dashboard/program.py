@@ -20,6 +20,7 @@ from .. import dds, vendor
 from ..commander import COMMAND
 from ..contract import Contract
 from ..errors import UserError
+from ..program_arguments import parser_of
 from .access import Access
 from .captures import Captures
 from .command_desk import CommandDesk
@@ -48,12 +49,7 @@ EXAMPLES = """examples:
 
 
 def parse_arguments(arguments: list[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        prog="dashboard",
-        description=DESCRIPTION,
-        epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = parser_of("dashboard", DESCRIPTION, EXAMPLES)
     parser.add_argument("--domain", type=int, default=0, metavar="N", help="DDS domain (default: 0)")
     parser.add_argument(
         "--host", default="127.0.0.1", help="address to listen at (default: 127.0.0.1, this machine alone)"

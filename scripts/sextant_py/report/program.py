@@ -4,6 +4,7 @@ import argparse
 from pathlib import Path
 
 from ..errors import UserError
+from ..program_arguments import parser_of
 from ..seconds import finite_seconds
 from . import page
 from .inputs import KINDS, runs_of
@@ -24,9 +25,7 @@ a result is wrong."""
 
 
 def parse_arguments(arguments: list[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        prog="report", description=__doc__, epilog=EXAMPLES, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of("report", __doc__, EXAMPLES)
     parser.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="results; see below")
     parser.add_argument(
         "--out", type=Path, default=Path("report.html"), metavar="FILE", help="page to write (default: report.html)"

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import EndedError, UserError
+from ..program_arguments import parser_of
 from ..recording import formats
 from ..recording.live import LiveDrive
 from ..recording.topics import STATE, WAVEFORM
@@ -37,12 +38,11 @@ def forms() -> str:
 
 
 def parse_arguments(arguments: list[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        prog="scope",
-        description="Waits for a trigger on the waveform of a drive (every control period, by DDS) and writes the"
+    parser = parser_of(
+        "scope",
+        "Waits for a trigger on the waveform of a drive (every control period, by DDS) and writes the"
         " control periods before and after it to a file. An existing file is replaced.",
-        epilog=f"{forms()}\n\n{EXAMPLES}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+        f"{forms()}\n\n{EXAMPLES}",
     )
     parser.add_argument("--trigger", default="fault", metavar="TEXT", help="what to wait for (default: fault)")
     parser.add_argument("--out", type=Path, default=Path("capture.h5"), metavar="FILE", help=OUT)

@@ -1,6 +1,5 @@
 """Instructions of one step of everything on the control path, against a stored baseline."""
 
-import argparse
 import json
 import platform
 import re
@@ -10,6 +9,7 @@ from pathlib import Path
 
 from sextant_py.errors import UserError, output_of, run
 from sextant_py.paths import ROOT
+from sextant_py.program_arguments import parser_of
 
 BASELINE = ROOT / "tests" / "bench" / "instructions.json"
 TOLERANCE_PERCENT = 2.0
@@ -150,11 +150,8 @@ def self_test(probe: Path) -> int:
 
 
 def main(argv: list[str]) -> int:
-    parser = argparse.ArgumentParser(
-        prog="check_instructions",
-        description=__doc__,
-        epilog="examples:\n  scripts/check_instructions\n  scripts/check_instructions --update",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+    parser = parser_of(
+        "check_instructions", __doc__, "examples:\n  scripts/check_instructions\n  scripts/check_instructions --update"
     )
     parser.add_argument("probe", type=Path, help="sextant_instruction_probe of the release")
     parser.add_argument("--update", action="store_true")

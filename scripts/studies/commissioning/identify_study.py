@@ -4,7 +4,6 @@ sensors with noise, by a drive whose estimate is wrong.
 
 import argparse
 import math
-import os
 import random
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
@@ -16,6 +15,7 @@ from sextant_py.identify_files import Results
 from sextant_py.identify_machine import TCircuit, estimate_of, inertia_of
 from sextant_py.identify_run import configuration_of, scenario_of
 from sextant_py.paths import OUT
+from sextant_py.program_arguments import add_runs, parser_of
 from sextant_py.sweep_file import Settings, toml_value
 
 from studies.machine_library import random_machines
@@ -144,12 +144,7 @@ class Study:
 
 
 def parse_arguments(arguments: list[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        prog="identify_study",
-        description="Measures what identify finds on the machines of the library.",
-        epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = parser_of("identify_study", "Measures what identify finds on the machines of the library.", EXAMPLES)
     parser.add_argument("--machines", type=lambda text: text.split(","), metavar="A,B", help="these alone")
     parser.add_argument("--random", type=int, metavar="N", help="so many random machines in the place of the library")
     parser.add_argument("--period-us", type=float, default=125, metavar="US", help="control period (default: 125)")
@@ -158,15 +153,10 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument(
         "--seed", type=int, default=1, metavar="N", help="of the estimate, and of random machines (default: 1)"
     )
-    parser.add_argument(
-        "--jobs", type=int, default=os.cpu_count(), metavar="N", help="machines at a time (default: all cores)"
-    )
-    parser.add_argument("--mil", type=Path, metavar="PATH", help="sextant-mil to use (default: that of build/release)")
+    add_runs(parser, "machines")
     options = parser.parse_args(arguments)
     if options.random is not None and options.random < 1:
         parser.error(f"--random: expected a number from 1, got {options.random}")
-    if options.jobs < 1:
-        parser.error(f"--jobs: expected a number from 1, got {options.jobs}")
     if not (math.isfinite(options.spread) and options.spread >= 1):
         parser.error("--spread: expected a factor from 1 on")
     if not (math.isfinite(options.dead_time_us) and options.dead_time_us > 0):

@@ -3,9 +3,6 @@ it or not, whose machine saturates or whose DC link has a capacitance.
 """
 
 import argparse
-import os
-import subprocess
-import tempfile
 from collections import Counter
 from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
@@ -16,9 +13,9 @@ from sextant_py import identify, mil_program
 from sextant_py.errors import UserError, run
 from sextant_py.identify_files import told_dead_time_us, told_voltage_error_v
 from sextant_py.paths import OUT, ROOT
+from sextant_py.program_arguments import add_runs, parser_of
+from sextant_py.short_run import run_of
 from sextant_py.sweep_file import Settings, toml_value
-from sextant_py.sweep_point import clean_reason, read_summary
-from sextant_py.sweep_reader import set_words
 
 from studies import honest_drive, json_file
 from studies.torque_map.drive import SENSORS
@@ -194,16 +191,10 @@ class Lab:
         self.file.write_text(scenario(), encoding="utf-8")
 
     def metrics(self, settings: Settings) -> tuple[dict, list]:
-        with tempfile.TemporaryDirectory(prefix="sextant-inverter-") as out:
-            command = [str(self.mil), str(self.file), *set_words(settings), "--no-trace", "--out", out]
-            try:
-                done = subprocess.run(command, capture_output=True, text=True, timeout=TIME_LIMIT_S)
-            except subprocess.TimeoutExpired:
-                raise UserError(f"a run took longer than {TIME_LIMIT_S} s: {' '.join(command)}.") from None
-            summary = read_summary(Path(out))
-        if summary is None:
-            raise UserError(f"sextant-mil refuses the drive: {clean_reason(done.stderr)}.")
-        return summary["metrics"], summary["faults"]
+        ended = run_of(self.mil, self.file, settings, TIME_LIMIT_S)
+        if ended.summary is None:
+            raise UserError(f"sextant-mil refuses the drive: {ended.said}.")
+        return ended.summary["metrics"], ended.summary["faults"]
 
     def point(self, method: str, case: Case | NamedCase, speed: float, torque: float) -> dict:
         settings = {
@@ -283,18 +274,11 @@ def numbers(text: str) -> list[float]:
         raise argparse.ArgumentTypeError(f'expected numbers, got "{text}"') from None
 
 
-def positive(text: str) -> int:
-    if not text.isdecimal() or int(text) == 0:
-        raise argparse.ArgumentTypeError(f'expected a whole number above 0, got "{text}"')
-    return int(text)
-
-
 def parse_arguments(arguments: list[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        prog="inverter_study",
-        description="Measures the drive on a plant with dead time, drops or a minimum pulse, told of them or not.",
-        epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+    parser = parser_of(
+        "inverter_study",
+        "Measures the drive on a plant with dead time, drops or a minimum pulse, told of them or not.",
+        EXAMPLES,
     )
     parser.add_argument("--methods", type=lambda text: text.split(","), default=list(METHODS), metavar="A,B")
     parser.add_argument("--cases", default="", metavar="TEXT", help="those whose names begin with it (default: all)")
@@ -310,10 +294,7 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument("--identified", action="store_true", help="each plant with dead time, as identify finds it")
     parser.add_argument("--speeds", type=numbers, default=list(SPEEDS), metavar="A,B", help="in rad/s")
     parser.add_argument("--torques", type=numbers, default=list(TORQUES), metavar="A,B", help="in N·m")
-    parser.add_argument(
-        "--jobs", type=positive, default=os.cpu_count(), metavar="N", help="runs at a time (default: all cores)"
-    )
-    parser.add_argument("--mil", type=Path, metavar="PATH", help="sextant-mil to use (default: that of build/release)")
+    add_runs(parser)
     return parser.parse_args(arguments)
 
 

@@ -1,12 +1,12 @@
 """Measures every control method on one bench, and writes docs/controllers.md."""
 
 import argparse
-import os
 from pathlib import Path
 
 from sextant_py import mil_program
 from sextant_py.errors import UserError, run
 from sextant_py.paths import OUT, ROOT
+from sextant_py.program_arguments import add_runs, parser_of
 
 from studies.torque_map import drive as torque_map_drive
 from studies.torque_map.run import progress_of
@@ -29,22 +29,13 @@ has figures, 1 when one tripped or was refused, 130 when interrupted."""
 
 
 def parse_arguments(arguments: list[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        prog="compare_controllers",
-        description="Measures every control method on one bench.",
-        epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = parser_of("compare_controllers", "Measures every control method on one bench.", EXAMPLES)
     size = parser.add_mutually_exclusive_group()
     size.add_argument("--quick", action="store_true", help="a few points, printed; no page")
     size.add_argument("--page", action="store_true", help="pictures and page from the results that are there")
     parser.add_argument("--methods", metavar="A,B", help="these alone, printed; no page (default: all)")
-    parser.add_argument("--jobs", type=int, default=os.cpu_count(), metavar="N", help="runs at a time")
-    parser.add_argument("--mil", type=Path, metavar="PATH", help="sextant-mil to use (default: that of build/release)")
-    options = parser.parse_args(arguments)
-    if options.jobs < 1:
-        parser.error(f"--jobs: expected a number from 1, got {options.jobs}")
-    return options
+    add_runs(parser)
+    return parser.parse_args(arguments)
 
 
 def chosen(wanted: str | None, known: list[str]) -> list[str]:

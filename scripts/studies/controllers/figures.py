@@ -3,7 +3,7 @@
 import math
 from pathlib import Path
 
-from sextant_py.figure_style import STYLE
+from studies.picture import picture
 
 from . import step
 from .cases import REFERENCE
@@ -22,17 +22,13 @@ def _values(results: Results, section: str, method: str) -> tuple[list, list, li
 
 
 def _draw(results: Results, section: str, file: Path) -> None:
-    import matplotlib as mpl
-    import matplotlib.pyplot as plt
     from matplotlib.colors import LogNorm
 
-    with mpl.rc_context(STYLE | {"axes.grid": False}):
-        count = len(results.methods)
-        columns = min(count, 3)
-        rows = -(-count // columns)
-        figure, axes = plt.subplots(
-            rows, columns, figsize=(3.6 * columns + 1, 2.7 * rows + 0.4), squeeze=False, sharey=True
-        )
+    count = len(results.methods)
+    columns = min(count, 3)
+    rows = -(-count // columns)
+    size = (3.6 * columns + 1, 2.7 * rows + 0.4)
+    with picture(file, rows, columns, size, {"axes.grid": False}, sharey=True) as (figure, axes):
         for number, method in enumerate(results.methods):
             ax = axes[number // columns][number % columns]
             speeds, torques, grid = _values(results, section, method)
@@ -48,8 +44,6 @@ def _draw(results: Results, section: str, file: Path) -> None:
             axes[number // columns][number % columns].set_visible(False)
         figure.colorbar(image, ax=axes, label="torque ripple, RMS [N·m]")
         figure.suptitle(TITLES[section], x=0.01, ha="left")
-        figure.savefig(file)
-        plt.close(figure)
 
 
 def radar_axes(results: Results) -> dict[str, dict[str, float | None]]:
@@ -71,17 +65,11 @@ def radar_axes(results: Results) -> dict[str, dict[str, float | None]]:
 
 
 def _radar(results: Results, file: Path) -> None:
-    import matplotlib as mpl
-    import matplotlib.pyplot as plt
-
     axes_of = radar_axes(results)
     angles = [2 * math.pi * n / len(axes_of) for n in range(len(axes_of))]
-    with mpl.rc_context(STYLE):
-        columns = 4
-        rows = -(-len(results.methods) // columns)
-        figure, axes = plt.subplots(
-            rows, columns, figsize=(11, 3.1 * rows + 0.4), squeeze=False, subplot_kw={"projection": "polar"}
-        )
+    rows = -(-len(results.methods) // 4)
+    size, polar = (11, 3.1 * rows + 0.4), {"projection": "polar"}
+    with picture(file, rows, 4, size, subplot_kw=polar) as (figure, axes):
         for number, ax in enumerate(axes.flat):
             if number >= len(results.methods):
                 ax.set_visible(False)
@@ -97,8 +85,6 @@ def _radar(results: Results, file: Path) -> None:
         figure.suptitle(
             "each axis: the best of all methods outside, a tenth as good in the centre", x=0.01, ha="left", fontsize=10
         )
-        figure.savefig(file)
-        plt.close(figure)
 
 
 def score(values: dict[str, float | None], method: str) -> float:

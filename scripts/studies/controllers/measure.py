@@ -2,20 +2,17 @@
 
 import json
 import re
-import subprocess
-import tempfile
 from collections.abc import Callable, Iterable
-from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from sextant_py import printed_configuration
 from sextant_py.errors import UserError
+from sextant_py.short_run import run_of
 from sextant_py.sweep_file import toml_value
-from sextant_py.sweep_point import clean_reason, read_summary
-from sextant_py.sweep_reader import set_words
 
 from studies import json_file
+from studies.parallel import in_order
 from studies.torque_map.drive import Drive
 
 from .cases import SWITCHING_HZ, Case
@@ -102,30 +99,15 @@ class Bench:
         self.scenario.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
     def run(self, cases: list[Case], step: Callable[[], None]) -> list[Record]:
-        pool = ThreadPoolExecutor(self.jobs)
-        try:
-            futures = {pool.submit(self._run, case): n for n, case in enumerate(cases)}
-            found: dict[int, Record] = {}
-            for future in as_completed(futures):
-                found[futures[future]] = future.result()
-                step()
-            return [found[n] for n in range(len(cases))]
-        finally:
-            pool.shutdown(cancel_futures=True)
+        return in_order(self._run, cases, self.jobs, step)
 
     def _run(self, case: Case) -> Record:
         settings = dict(case.settings) | {"control.controller": case.method}
         record = Record(case.section, case.method, list(case.what))
-        with tempfile.TemporaryDirectory(prefix="sextant-controllers-") as out:
-            command = [self.mil, case.file or self.scenario, *set_words(settings), "--no-trace", "--out", out]
-            try:
-                done = subprocess.run(command, capture_output=True, text=True, timeout=TIME_LIMIT_S)
-            except subprocess.TimeoutExpired:
-                record.reason = f"no result within {TIME_LIMIT_S} s"
-                return record
-            summary = read_summary(Path(out))
+        ended = run_of(self.mil, case.file or self.scenario, settings, TIME_LIMIT_S)
+        summary = ended.summary
         if summary is None:
-            record.reason = clean_reason(done.stderr) or f"exit status {done.returncode}"
+            record.reason = ended.said
             return record
         record.metrics = {name: summary["metrics"].get(name) for name in METRICS}
         if summary["faults"]:

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from studies.page import table
+from studies.page import filled, table
 
 from . import cost, figures
 from .cases import BEST, DETUNED, LOW_SPEED, OPTIMA, REFERENCE, SWITCHING_HZ
@@ -233,16 +233,19 @@ def write(results: Results, docs: Path) -> list[Path]:
     images = docs / "images"
     pictures = figures.draw(results, images)
     failed = [r for r in results.records if r.reason]
-    content = TEMPLATE.read_text(encoding="utf-8").format(
-        version=results.version,
-        commit=results.commit,
-        speed=REFERENCE[0],
-        torque=REFERENCE[1],
-        kilohertz=SWITCHING_HZ // 1000,
-        low=LOW_SPEED,
-        runs=len(results.records),
-        failed="; ".join(f"{r.method}, {r.section} {r.what}: {r.reason}" for r in failed) or "none",
-        **tables(results),
+    content = filled(
+        TEMPLATE,
+        dict(
+            version=results.version,
+            commit=results.commit,
+            speed=REFERENCE[0],
+            torque=REFERENCE[1],
+            kilohertz=SWITCHING_HZ // 1000,
+            low=LOW_SPEED,
+            runs=len(results.records),
+            failed="; ".join(f"{r.method}, {r.section} {r.what}: {r.reason}" for r in failed) or "none",
+            **tables(results),
+        ),
     )
     page = docs / "controllers.md"
     page.write_text(content, encoding="utf-8")

@@ -5,8 +5,9 @@ import tempfile
 from pathlib import Path
 
 from sextant_py.errors import UserError
-from sextant_py.figure_style import STYLE
 from sextant_py.sweep_reader import set_words
+
+from studies.picture import picture
 
 from .cases import REFERENCE, STEP_S, at
 
@@ -44,11 +45,7 @@ def _curves(mil: Path, scenario: Path, method: str) -> dict[str, list[float]]:
 
 
 def draw(curves: Curves, file: Path) -> None:
-    import matplotlib as mpl
-    import matplotlib.pyplot as plt
-
-    with mpl.rc_context(STYLE):
-        figure, axes = plt.subplots(2, len(curves), figsize=(10, 5), sharex=True, sharey="row", squeeze=False)
+    with picture(file, 2, len(curves), (10, 5), sharex=True, sharey="row") as (_, axes):
         for column, (method, c) in enumerate(curves.items()):
             torque, current = axes[0][column], axes[1][column]
             torque.fill_between(c["t_ms"], c["least"], c["most"], step="pre", label="in the machine")
@@ -60,5 +57,3 @@ def draw(curves: Curves, file: Path) -> None:
         axes[0][0].legend(loc="lower right")
         axes[0][0].set_ylabel("torque [N·m]")
         axes[1][0].set_ylabel("current a at the\ncontrol instants [A]")
-        figure.savefig(file)
-        plt.close(figure)

@@ -1,21 +1,19 @@
 """Hours of ordinary driving with the sensors as they are: every fault that latches is a false trip."""
 
 import random
-import subprocess
 import tempfile
 from collections import Counter
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from sextant_py import profile
 from sextant_py.errors import UserError
 from sextant_py.paths import ROOT
+from sextant_py.short_run import run_of
 from sextant_py.sweep_file import Settings
-from sextant_py.sweep_point import clean_reason, read_summary
-from sextant_py.sweep_reader import set_words
 
+from studies.parallel import as_finished
 from studies.torque_map import drive as torque_map_drive
 
 SENSORS: Settings = torque_map_drive.SENSORS["real"] | {
@@ -135,20 +133,14 @@ class Lab:
                 **SENSORS,
                 **KINDS[drive.kind][0](drive, directory),
             }
-            command = [self.mil, self.plain, *set_words(settings), "--no-trace", "--out", directory]
-            done = subprocess.run(command, capture_output=True, text=True, timeout=TIME_LIMIT_S)
-            summary = read_summary(directory)
-        if summary is None:
-            raise UserError(f"{drive.kind}, seed {drive.seed}: {clean_reason(done.stderr)}")
-        return drive, summary
+            ended = run_of(self.mil, self.plain, settings, TIME_LIMIT_S)
+        if ended.summary is None:
+            raise UserError(f"{drive.kind}, seed {drive.seed}: {ended.said}.")
+        return drive, ended.summary
 
     def run_all(self, list_of_drives: list[Drive], jobs: int) -> Iterator[tuple[Drive, dict]]:
-        pool = ThreadPoolExecutor(jobs)
-        try:
-            for one in as_completed([pool.submit(self.run, drive) for drive in list_of_drives]):
-                yield one.result()
-        finally:
-            pool.shutdown(cancel_futures=True)
+        for _, found in as_finished(self.run, list_of_drives, jobs):
+            yield found
 
 
 def add(hours: dict[str, Hours], drive: Drive, summary: dict) -> None:

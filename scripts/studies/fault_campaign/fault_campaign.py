@@ -2,7 +2,6 @@
 
 import argparse
 import json
-import os
 import subprocess
 import sys
 import tempfile
@@ -14,6 +13,7 @@ from types import ModuleType
 from sextant_py import mil_program
 from sextant_py.errors import UserError, run
 from sextant_py.paths import OUT, ROOT
+from sextant_py.program_arguments import add_runs, parser_of
 
 from studies import json_file
 from studies.torque_map.run import progress_of
@@ -39,11 +39,8 @@ Exit status: 0 when no fault was missed or late and nothing tripped without one,
 
 
 def parse_arguments(arguments: list[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        prog="fault_campaign",
-        description="Provokes every fault of the drive in virtual time, and drives hours without one.",
-        epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+    parser = parser_of(
+        "fault_campaign", "Provokes every fault of the drive in virtual time, and drives hours without one.", EXAMPLES
     )
     parser.add_argument("file", nargs="?", type=Path, metavar="FILE", help="of sextant-ecu or sextant-mil; no page")
     parser.add_argument("--methods", metavar="A,B", help="of FILE: these, or all (default: the one of the file)")
@@ -54,11 +51,8 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
         "--seeds", type=int, metavar="N", help="of each injection (default: 100; --library, --honest: 1)"
     )
     parser.add_argument("--hours", type=float, metavar="H", help="simulated hours of each driving (default: 1)")
-    parser.add_argument("--jobs", type=int, default=os.cpu_count(), metavar="N", help="at a time (default: all cores)")
-    parser.add_argument("--mil", type=Path, metavar="PATH", help="sextant-mil to use (default: that of build/release)")
+    add_runs(parser)
     options = parser.parse_args(arguments)
-    if options.jobs < 1:
-        parser.error(f"--jobs: expected a number from 1, got {options.jobs}")
     if options.seeds is not None and options.seeds < 1:
         parser.error(f"--seeds: expected a number from 1, got {options.seeds}")
     if options.hours is not None and options.hours < 0:

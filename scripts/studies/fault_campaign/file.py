@@ -6,7 +6,6 @@ import random
 import tempfile
 from collections import Counter
 from collections.abc import Callable, Iterable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,6 +14,7 @@ from sextant_py.short_run import summary_of
 from sextant_py.sweep_file import Settings
 
 from studies.page import table
+from studies.parallel import in_order
 from studies.plant_faults import (
     FAULTS,
     HARMLESS,
@@ -148,15 +148,7 @@ class Campaign:
         return {"kind": HARMLESS}
 
     def run_all(self, plan: list[Case], jobs: int, step: Callable[[], None]) -> list[dict]:
-        pool = ThreadPoolExecutor(jobs)
-        try:
-            found = []
-            for one in pool.map(self.run, plan):
-                found.append(one)
-                step()
-            return found
-        finally:
-            pool.shutdown(cancel_futures=True)
+        return in_order(self.run, plan, jobs, step)
 
     @property
     def encoder(self) -> Settings:
@@ -182,9 +174,8 @@ class Campaign:
         count = max(1, -int(-3600 * hours // DRIVING_S))
         plan = [(method, seed) for method in methods for seed in range(1, count + 1)]
         found: dict[str, false_trips.Hours] = {}
-        with ThreadPoolExecutor(jobs) as pool:
-            for one, summary in pool.map(lambda pair: self.drive_on(*pair), plan):
-                false_trips.add(found, one, summary)
+        for one, summary in in_order(lambda pair: self.drive_on(*pair), plan, jobs):
+            false_trips.add(found, one, summary)
         return [*found.values()]
 
 

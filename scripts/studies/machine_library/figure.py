@@ -4,7 +4,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 from sextant_py.control_methods import METHODS
-from sextant_py.figure_style import STYLE
+
+from studies.picture import picture
 
 from .points import PERIODS_US, SPEEDS
 from .results import Outcome, Results
@@ -22,9 +23,6 @@ def shares(results: Results, row: Callable[[Outcome], object], column: Callable[
 
 
 def draw(results: Results, file: Path) -> None:
-    import matplotlib as mpl
-    import matplotlib.pyplot as plt
-
     machines = [machine["id"] for machine in results.machines]
     panels = (
         (machines, list(METHODS), lambda o: o.machine, lambda o: o.method, [m["name"] for m in results.machines],
@@ -32,8 +30,7 @@ def draw(results: Results, file: Path) -> None:
         (list(PERIODS_US), list(SPEEDS), lambda o: o.period_us, lambda o: abs(o.speed),
          [f"{p} µs" for p in PERIODS_US], [f"{s:g}" for s in SPEEDS], "speed by base speed"),
     )  # fmt: skip
-    with mpl.rc_context(STYLE | {"axes.grid": False}):
-        figure, axes = plt.subplots(1, 2, figsize=(11, 4.8), width_ratios=(1.1, 1))
+    with picture(file, 1, 2, (11, 4.8), {"axes.grid": False}, width_ratios=(1.1, 1)) as (figure, (axes,)):
         for ax, (rows, columns, row, column, row_names, column_names, label) in zip(axes, panels, strict=True):
             grid = shares(results, row, column, rows, columns)
             image = ax.imshow(grid, aspect="auto", cmap="magma_r", vmin=0, vmax=100)
@@ -49,5 +46,3 @@ def draw(results: Results, file: Path) -> None:
         figure.suptitle(
             f"{len(results.not_right)} of {len(results.outcomes)} healthy points are not right", x=0.01, ha="left"
         )
-        figure.savefig(file)
-        plt.close(figure)

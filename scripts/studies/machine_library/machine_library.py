@@ -1,7 +1,6 @@
 """Measures the shipped drive on every published machine of configs/machines, and writes docs/machine_library.md."""
 
 import argparse
-import os
 import time
 from pathlib import Path
 
@@ -9,6 +8,7 @@ from sextant_py import mil_program
 from sextant_py.control_methods import METHODS
 from sextant_py.errors import UserError, run
 from sextant_py.paths import OUT, ROOT
+from sextant_py.program_arguments import add_runs, parser_of
 
 from studies.torque_map.run import progress_of
 
@@ -42,11 +42,8 @@ def words(text: str) -> list[str]:
 
 
 def parse_arguments(arguments: list[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        prog="machine_library",
-        description="Measures the shipped drive on every published machine, method and control period.",
-        epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+    parser = parser_of(
+        "machine_library", "Measures the shipped drive on every published machine, method and control period.", EXAMPLES
     )
     parser.add_argument("--quick", action="store_true", help="a few points of each machine, printed; no page")
     parser.add_argument("--machines", type=words, metavar="A,B", help="these alone, printed; no page (default: all)")
@@ -61,13 +58,8 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument("--parts", type=words, metavar="A,B", help=f"of {', '.join(PARTS)}: these alone; no page")
     parser.add_argument("--from", dest="source", type=Path, metavar="FILE", help="no runs: the page from these results")
     parser.add_argument("--out", type=Path, metavar="DIR", help="results, picture and page (default: docs)")
-    parser.add_argument(
-        "--jobs", type=int, default=os.cpu_count(), metavar="N", help="runs at a time (default: all cores)"
-    )
-    parser.add_argument("--mil", type=Path, metavar="PATH", help="sextant-mil to use (default: that of build/release)")
+    add_runs(parser)
     options = parser.parse_args(arguments)
-    if options.jobs < 1:
-        parser.error(f"--jobs: expected a number from 1, got {options.jobs}")
     if options.points is not None and options.points < 1:
         parser.error(f"--points: expected a number from 1, got {options.points}")
     if options.random is not None and (options.random < 1 or options.machines):

@@ -8,7 +8,7 @@ from pathlib import Path
 from sextant_py.control_methods import METHODS
 
 from studies import plant_faults as faults
-from studies.page import table
+from studies.page import filled, table
 
 from . import scenarios
 from .points import PERIODS_US
@@ -199,10 +199,7 @@ def text(results: Results) -> str:
 
 
 def render(results: Results) -> str:
-    page = TEMPLATE.read_text(encoding="utf-8")
-    for name, content in fields(results).items():
-        page = page.replace(f"{{{name}}}", content)
-    return page
+    return filled(TEMPLATE, fields(results))
 
 
 def write(results: Results, directory: Path) -> list[Path]:

@@ -1,14 +1,12 @@
 """Runs the points of the study over the library of machines, several at a time."""
 
-import subprocess
-import tempfile
 from collections.abc import Callable, Iterable
-from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 
+from sextant_py.short_run import run_of
 from sextant_py.sweep_file import Settings
-from sextant_py.sweep_point import clean_reason, read_summary
-from sextant_py.sweep_reader import set_words
+
+from studies.parallel import in_order
 
 from .points import Machine, Point, cell_settings, command_of, settings
 
@@ -33,28 +31,19 @@ class Lab:
 
     def summary_of(self, machine: str, settings: Settings) -> dict | str:
         """The summary of a run, or what sextant-mil says where it made none."""
-        with tempfile.TemporaryDirectory(prefix="sextant-library-") as out:
-            command = [str(self.mil), str(self.scenario(machine)), *set_words(settings), "--no-trace", "--out", out]
-            try:
-                done = subprocess.run(command, capture_output=True, text=True, timeout=TIME_LIMIT_S)
-            except subprocess.TimeoutExpired:
-                return f"no result within {TIME_LIMIT_S} s"
-            # The place of the scenario says nothing: it is of this run.
-            said = clean_reason(done.stderr, self.mil.name).removeprefix(f"{self.scenario(machine)}: ")
-            return read_summary(Path(out)) or said or f"exit status {done.returncode}"
+        ended = run_of(self.mil, self.scenario(machine), settings, TIME_LIMIT_S)
+        # The place of the scenario says nothing: it is of this run.
+        return ended.summary or ended.said.removeprefix(f"{self.scenario(machine)}: ")
 
     def configure(self, points: Iterable[Point], jobs: int) -> None:
         """The configuration in force for each machine, period and method, or the sentence that refuses it."""
         cells = {(p.cell.machine, p.cell.period_us, p.cell.method): p.cell for p in points}
         missing = {key: cell for key, cell in cells.items() if key not in self.configurations}
-        with ThreadPoolExecutor(jobs) as pool:
-            found = pool.map(lambda cell: self.summary_of(cell.machine, cell_settings(cell) | SHORT), missing.values())
-            for key, summary in zip(missing, found, strict=True):
-                if isinstance(summary, dict):
-                    self.version, self.commit = summary["version"], summary["commit"]
-                    self.configurations[key] = summary["configuration"]
-                else:
-                    self.configurations[key] = summary
+        found = in_order(lambda c: self.summary_of(c.machine, cell_settings(c) | SHORT), missing.values(), jobs)
+        for key, summary in zip(missing, found, strict=True):
+            if isinstance(summary, dict):
+                self.version, self.commit = summary["version"], summary["commit"]
+            self.configurations[key] = summary["configuration"] if isinstance(summary, dict) else summary
 
     def configuration(self, point: Point) -> dict | str:
         return self.configurations[point.cell.machine, point.cell.period_us, point.cell.method]
@@ -79,13 +68,4 @@ class Lab:
         self, work: list[tuple[Point, Settings]], jobs: int, step: Callable[[], None] = lambda: None
     ) -> list[Record]:
         """The records, in the order of the work: each a point and what is set beside it."""
-        pool = ThreadPoolExecutor(jobs)
-        try:
-            begun = {pool.submit(self.record, *one): number for number, one in enumerate(work)}
-            found: list[Record] = [{}] * len(work)
-            for one in as_completed(begun):
-                found[begun[one]] = one.result()
-                step()
-            return found
-        finally:
-            pool.shutdown(cancel_futures=True)
+        return in_order(lambda one: self.record(*one), work, jobs, step)

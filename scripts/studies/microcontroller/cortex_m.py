@@ -1,6 +1,5 @@
 """The drive on a Cortex-M4F: builds firmware, runs golden inputs under QEMU, judges and counts."""
 
-import argparse
 import os
 import re
 import subprocess
@@ -10,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from sextant_py.errors import UserError, output_of, run
 from sextant_py.paths import ROOT
+from sextant_py.program_arguments import parser_of
 
 from . import firmware_image, golden, page
 
@@ -262,11 +262,8 @@ def self_test(host: Path) -> list[str]:
 
 
 def main(arguments: list[str]) -> int:
-    parser = argparse.ArgumentParser(
-        prog="check_cortex_m",
-        description=__doc__,
-        epilog="examples:\n  scripts/check_cortex_m\n  scripts/check_cortex_m --update",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+    parser = parser_of(
+        "check_cortex_m", __doc__, "examples:\n  scripts/check_cortex_m\n  scripts/check_cortex_m --update"
     )
     parser.add_argument("--self-test", action="store_true", help="every seeded violation must be found")
     parser.add_argument("--update", action="store_true", help="make these figures the ones that may not grow")

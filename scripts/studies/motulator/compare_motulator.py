@@ -1,12 +1,12 @@
 """Runs Sextant's and motulator's field-oriented control on one machine, and writes docs/motulator.md."""
 
 import argparse
-import os
 from pathlib import Path
 
 from sextant_py import mil_program
 from sextant_py.errors import UserError, run
 from sextant_py.paths import OUT, ROOT
+from sextant_py.program_arguments import add_runs, parser_of
 
 from studies.bench import peer_python
 from studies.torque_map import drive as torque_map_drive
@@ -29,21 +29,14 @@ interrupted."""
 
 
 def parse_arguments(arguments: list[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        prog="compare_motulator",
-        description="Runs Sextant's and motulator's field-oriented control on one machine.",
-        epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+    parser = parser_of(
+        "compare_motulator", "Runs Sextant's and motulator's field-oriented control on one machine.", EXAMPLES
     )
     size = parser.add_mutually_exclusive_group()
     size.add_argument("--quick", action="store_true", help="two operating points, printed; no page")
     size.add_argument("--page", action="store_true", help="picture and page from the results that are there")
-    parser.add_argument("--jobs", type=int, default=os.cpu_count(), metavar="N", help="runs at a time")
-    parser.add_argument("--mil", type=Path, metavar="PATH", help="sextant-mil to use (default: that of build/release)")
-    options = parser.parse_args(arguments)
-    if options.jobs < 1:
-        parser.error(f"--jobs: expected a number from 1, got {options.jobs}")
-    return options
+    add_runs(parser)
+    return parser.parse_args(arguments)
 
 
 def measure(options: argparse.Namespace) -> Results:

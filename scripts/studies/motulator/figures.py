@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from sextant_py.figure_style import STYLE
+from studies.picture import picture
 
 from .cases import SHOWN
 from .measure import Results
@@ -23,20 +23,11 @@ def _panel(axes, curves: dict, period_us: str) -> None:
 
 
 def draw(results: Results, file: Path) -> Path:
-    import matplotlib as mpl
-
-    mpl.use("Agg")
-    import matplotlib.pyplot as plt
-
-    with mpl.rc_context(STYLE):
-        figure, axes = plt.subplots(
-            1, len(results.curves), figsize=(3.9 * len(results.curves), 3.6), squeeze=False, sharey=True
-        )
+    count = len(results.curves)
+    with picture(file, 1, count, (3.9 * count, 3.6), sharey=True) as (_, axes):
         periods = sorted(results.curves, key=float, reverse=True)
         for ax, period_us in zip(axes[0], periods, strict=True):
             _panel(ax, results.curves[period_us], period_us)
         axes[0][0].set_ylabel("torque [N·m]")
         axes[0][0].legend(loc="lower right")
-        figure.savefig(file)
-        plt.close(figure)
     return file

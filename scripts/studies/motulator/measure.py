@@ -5,7 +5,6 @@ import os
 import subprocess
 import tempfile
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
@@ -16,6 +15,7 @@ from sextant_py.sweep_point import clean_reason, read_summary
 from sextant_py.sweep_reader import set_words
 
 from studies import json_file
+from studies.parallel import in_order
 
 from . import course as courses
 from .cases import CURVE_S, END_S, SHOWN, STEP_S, WINDOW_S, Case, Plant, motulator_case, sextant_settings, steady_state
@@ -113,16 +113,7 @@ class Bench:
         self.curves: dict = {}
 
     def run(self, cases: list[Case], jobs: int, step: Callable[[], None]) -> list[Record]:
-        pool = ThreadPoolExecutor(jobs)
-        try:
-            futures = {pool.submit(self._run, case): case for case in cases}
-            found = {}
-            for future in as_completed(futures):
-                found[futures[future]] = future.result()
-                step()
-            return [found[case] for case in cases]
-        finally:
-            pool.shutdown(cancel_futures=True)
+        return in_order(self._run, cases, jobs, step)
 
     def _run(self, case: Case) -> Record:
         with tempfile.TemporaryDirectory(prefix="sextant-motulator-") as directory:

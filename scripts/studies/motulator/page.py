@@ -4,7 +4,7 @@ import math
 from pathlib import Path
 
 from studies.controllers.page import figure
-from studies.page import table
+from studies.page import filled, table
 
 from . import figures
 from .cases import BANDWIDTH_RAD_S, SHOWN
@@ -112,21 +112,24 @@ def text(results: Results) -> str:
 def write(results: Results, docs: Path) -> list[Path]:
     picture = figures.draw(results, docs / "images" / "motulator_step.png")
     plant = results.plant
-    content = TEMPLATE.read_text(encoding="utf-8").format(
-        version=results.version,
-        commit=results.commit,
-        motulator=results.motulator_version,
-        u_dc=f"{plant['u_dc_v']:g}",
-        flux=f"{plant['flux_wb']:g}",
-        limit=f"{LIMIT_PERCENT:g}",
-        bandwidth=f"2π·{BANDWIDTH_RAD_S / (2 * math.pi):g}",
-        speed=SHOWN[0],
-        torque=SHOWN[1],
-        apart=_apart(results),
-        **_of_version(results.motulator_version),
-        largest=_largest(results),
-        values=_values(results),
-        dynamics=_dynamics(results, every=False),
+    content = filled(
+        TEMPLATE,
+        dict(
+            version=results.version,
+            commit=results.commit,
+            motulator=results.motulator_version,
+            u_dc=f"{plant['u_dc_v']:g}",
+            flux=f"{plant['flux_wb']:g}",
+            limit=f"{LIMIT_PERCENT:g}",
+            bandwidth=f"2π·{BANDWIDTH_RAD_S / (2 * math.pi):g}",
+            speed=SHOWN[0],
+            torque=SHOWN[1],
+            apart=_apart(results),
+            **_of_version(results.motulator_version),
+            largest=_largest(results),
+            values=_values(results),
+            dynamics=_dynamics(results, every=False),
+        ),
     )
     page = docs / "motulator.md"
     page.write_text(content, encoding="utf-8")

@@ -1,13 +1,12 @@
 """Runs every scenario of the paper again and writes docs/paper: numbers.json, its pictures and README.md."""
 
 import argparse
-import os
 from collections.abc import Callable
 from pathlib import Path
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
-from sextant_py import mil_program
+from sextant_py import mil_program, program_arguments
 from sextant_py.errors import UserError, run
 from sextant_py.paths import ROOT
 
@@ -43,15 +42,10 @@ NUMBERS = Path(__file__).with_name("numbers.json")
 
 def parser_of(program: str, description: str) -> argparse.ArgumentParser:
     """With the arguments of both programs."""
-    parser = argparse.ArgumentParser(
-        prog=program,
-        description=description,
-        epilog=f"examples:\n  scripts/{program}\n  scripts/{program} --jobs 2",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+    parser = program_arguments.parser_of(
+        program, description, f"examples:\n  scripts/{program}\n  scripts/{program} --jobs 2"
     )
-    jobs = "runs at a time (default: all cores)"
-    parser.add_argument("--jobs", type=int, default=os.cpu_count(), metavar="N", help=jobs)
-    parser.add_argument("--mil", type=Path, metavar="PATH", help="sextant-mil to use (default: that of build/release)")
+    program_arguments.add_runs(parser)
     return parser
 
 
@@ -62,8 +56,6 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     where = "where to write, also numbers.json (default: docs/paper; with --quick out/paper)"
     parser.add_argument("--out", type=Path, metavar="DIR", help=where)
     options = parser.parse_args(arguments)
-    if options.jobs < 1:
-        raise UserError("--jobs: at least one.")
     apart = options.out or (ROOT / "out/paper" if options.quick else None)
     options.numbers = apart / NUMBERS.name if apart else NUMBERS
     options.out = apart or ROOT / "docs/paper"

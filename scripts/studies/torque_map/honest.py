@@ -8,7 +8,7 @@ from pathlib import Path
 from sextant_py.sweep_file import Settings
 
 from studies import honest_drive
-from studies.page import table
+from studies.page import filled, table
 
 from . import (
     figures,
@@ -214,5 +214,5 @@ def write(maps: dict[str, Results], directory: Path) -> list[Path]:
         for half in (results.maps[:3], results.maps[3:])
     ]
     figures.grid(rows, picture, SHOWN_SPEEDS)
-    page.write_text(torque_map_page.filled(TEMPLATE, fields(maps)), encoding="utf-8")
+    page.write_text(filled(TEMPLATE, fields(maps)), encoding="utf-8")
     return [picture, page]

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from studies.page import table
+from studies.page import filled, table
 
 from . import figures, kinds
 from .capability import worst_difference
@@ -135,14 +135,6 @@ def fields(maps: Maps) -> dict[str, str]:
         "capability": capability_sentence(maps),
         "steady": steady_table(maps),
     }
-
-
-def filled(template: Path, texts: dict[str, str]) -> str:
-    """The template with these texts in the places of their names."""
-    page = template.read_text(encoding="utf-8")
-    for name, text in texts.items():
-        page = page.replace(f"{{{name}}}", text)
-    return page
 
 
 def render(maps: Maps) -> str:

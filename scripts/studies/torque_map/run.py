@@ -2,19 +2,19 @@
 
 import hashlib
 import json
-import subprocess
-import tempfile
 import time
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 
 from sextant_py.append_file import AppendFile
 from sextant_py.errors import UserError
+from sextant_py.short_run import run_of
 from sextant_py.sweep_file import Settings
-from sextant_py.sweep_point import WITH_FIGURES, clean_reason, read_summary
+from sextant_py.sweep_point import WITH_FIGURES
 from sextant_py.sweep_program import fingerprint
 from sextant_py.sweep_reader import set_words
+
+from studies.parallel import as_finished
 
 from .drive import Drive
 from .points import Point, settings
@@ -59,16 +59,10 @@ class Lab:
 
     def run_one(self, key: str, settings: Settings) -> dict:
         """The record of one run; its reason is empty where it has figures."""
-        with tempfile.TemporaryDirectory(prefix="sextant-map-") as out:
-            try:
-                done = subprocess.run(
-                    [*self.command(settings), "--out", out], capture_output=True, text=True, timeout=TIME_LIMIT_S
-                )
-            except subprocess.TimeoutExpired:
-                return {"key": key, "reason": f"no result within {TIME_LIMIT_S} s"}
-            summary = read_summary(Path(out))
+        ended = run_of(self.mil, self.scenario, settings, TIME_LIMIT_S)
+        summary = ended.summary
         if summary is None or summary["verdict"] not in VERDICTS:
-            return {"key": key, "reason": clean_reason(done.stderr) or f"exit status {done.returncode}"}
+            return {"key": key, "reason": ended.said}
         metrics = {name: summary["metrics"][name] for name in METRICS}
         faults = [[fault["fault"], fault["t_s"]] for fault in summary["faults"]]
         return {"key": key, "reason": "", "faults": faults, **metrics}
@@ -92,14 +86,9 @@ class Lab:
             log.close()
 
     def _finished(self, points: list[Point], jobs: int) -> Iterator[dict]:
-        pool = ThreadPoolExecutor(jobs)
-        try:
-            for first in range(0, len(points), BATCH):
-                batch = points[first : first + BATCH]
-                for one in as_completed([pool.submit(self._run_point, point) for point in batch]):
-                    yield one.result()
-        finally:
-            pool.shutdown(cancel_futures=True)
+        for first in range(0, len(points), BATCH):
+            for _, record in as_finished(self._run_point, points[first : first + BATCH], jobs):
+                yield record
 
     def missing(self, points: Iterable[Point]) -> list[Point]:
         """Those without a record of their present settings."""

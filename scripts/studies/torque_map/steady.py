@@ -1,8 +1,8 @@
 """The steady torque at imposed speeds with a wrong stator resistance, 15 N·m commanded."""
 
-from concurrent.futures import ThreadPoolExecutor
-
 from sextant_py.sweep_file import Settings
+
+from studies.parallel import in_order
 
 from .points import DETUNES, Conditions, machine_settings
 from .run import Lab
@@ -53,6 +53,5 @@ def _measure(lab: Lab, factor: float, speed: float, detune: str) -> dict:
 
 def measure(lab: Lab, jobs: int) -> list[dict]:
     """Mean torque over the last second of two, with the factor on the machine and on what the controller believes."""
-    with ThreadPoolExecutor(jobs) as pool:
-        begun = [pool.submit(_measure, lab, factor, speed, d) for d in DETUNES for factor, speed in cases(d)]
-        return [one.result() for one in begun]
+    work = [(factor, speed, detune) for detune in DETUNES for factor, speed in cases(detune)]
+    return in_order(lambda one: _measure(lab, *one), work, jobs)

@@ -1,7 +1,6 @@
 """Measures the torque that the drive delivers over speed, torque and wrong parameters, and writes docs/torque_map."""
 
 import argparse
-import os
 import resource
 import sys
 import time
@@ -12,6 +11,7 @@ from pathlib import Path
 from sextant_py import mil_program
 from sextant_py.errors import UserError, run
 from sextant_py.paths import OUT, ROOT
+from sextant_py.program_arguments import add_runs, parser_of
 
 from . import (
     counts as torque_map_counts,
@@ -55,11 +55,8 @@ are kept in out/torque_map. Exit status: 0 when every point ran and, but for the
 
 
 def parse_arguments(arguments: list[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        prog="torque_map",
-        description="Measures the torque that the drive delivers over speed, torque and wrong parameters.",
-        epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+    parser = parser_of(
+        "torque_map", "Measures the torque that the drive delivers over speed, torque and wrong parameters.", EXAMPLES
     )
     size = parser.add_mutually_exclusive_group()
     size.add_argument("--quick", action="store_true", help="a handful of points, no page")
@@ -69,14 +66,9 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument("file", nargs="?", type=Path, metavar="FILE", help="the drive of this file, no page")
     parser.add_argument("--drive", choices=torque_map_drive.DRIVES, help="default: shipped")
     parser.add_argument("--out", type=Path, metavar="DIR", help="results, pictures, page (default: docs/torque_map)")
-    parser.add_argument(
-        "--jobs", type=int, default=os.cpu_count(), metavar="N", help="runs at a time (default: all cores)"
-    )
-    parser.add_argument("--mil", type=Path, metavar="PATH", help="sextant-mil to use (default: that of build/release)")
+    add_runs(parser)
     parser.add_argument("--restart", action="store_true", help="discard the records that are there")
     options = parser.parse_args(arguments)
-    if options.jobs < 1:
-        parser.error(f"--jobs: expected a number from 1, got {options.jobs}")
     if options.file and (options.drive or options.page):
         parser.error(f"FILE: {options.file} is a drive of its own; leave --drive and --page out")
     if options.honest and (options.file or options.drive or options.quick or options.full):

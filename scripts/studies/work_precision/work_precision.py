@@ -6,17 +6,13 @@ import subprocess
 from dataclasses import asdict
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 from sextant_py import errors
-from sextant_py.figure_style import STYLE
 from sextant_py.paths import ROOT
 
 from studies import json_file, page
 from studies.origin import Origin
+from studies.picture import picture
 
 from . import closed_loops
 
@@ -67,22 +63,19 @@ def draw_series(axes: Axes, panel: dict, integrator: str) -> None:
 
 
 def draw(data: dict, file: Path) -> None:
-    plt.rcParams.update(STYLE)
-    figure, panels = plt.subplots(1, 2, figsize=(9.2, 4.6), sharex=True, sharey=True)
-    for axes, (key, title) in zip(panels, SHAFTS.items(), strict=True):
-        for integrator in SERIES:
-            draw_series(axes, data[key], integrator)
-        axes.axvline(CONTRACT_NM, color="#777777", linewidth=0.8, linestyle="--")
-        axes.set_title(title)
-        axes.set_xlabel("largest error of the torque over the run [N·m]")
-    panels[0].set_xlim(2e-12, 3.0)
-    panels[0].set_ylabel("processor time per simulated second [s/s]")
-    panels[0].text(
-        CONTRACT_NM * 0.75, panels[0].get_ylim()[0] * 1.15, "1e-6 N·m", fontsize=7.5, ha="right", color="#555555"
-    )
-    panels[1].legend(loc="lower right", fontsize=9)
-    figure.savefig(file)
-    plt.close(figure)
+    with picture(file, 1, 2, (9.2, 4.6), sharex=True, sharey=True) as (_, (panels,)):
+        for axes, (key, title) in zip(panels, SHAFTS.items(), strict=True):
+            for integrator in SERIES:
+                draw_series(axes, data[key], integrator)
+            axes.axvline(CONTRACT_NM, color="#777777", linewidth=0.8, linestyle="--")
+            axes.set_title(title)
+            axes.set_xlabel("largest error of the torque over the run [N·m]")
+        panels[0].set_xlim(2e-12, 3.0)
+        panels[0].set_ylabel("processor time per simulated second [s/s]")
+        panels[0].text(
+            CONTRACT_NM * 0.75, panels[0].get_ylim()[0] * 1.15, "1e-6 N·m", fontsize=7.5, ha="right", color="#555555"
+        )
+        panels[1].legend(loc="lower right", fontsize=9)
 
 
 def table(data: dict) -> str:
