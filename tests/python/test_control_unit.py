@@ -158,9 +158,7 @@ def test_what_cannot_be_meant_is_refused(bus_address: str) -> None:
         with pytest.raises(sextant.UserError, match=r'^"nonsense" is no kind of wrong frame; known are crc, '):
             vcu.spoil("nonsense")
         for frames in (-1, 0):
-            with pytest.raises(
-                sextant.UserError, match=rf"^{frames} wrong frames cannot be sent: 1 or more can"
-            ):
+            with pytest.raises(sextant.UserError, match=rf"^{frames} wrong frames cannot be sent: 1 or more can"):
                 vcu.spoil("crc", frames)
         with pytest.raises(sextant.UserError, match=r"^no status frame from a drive .* within 0\.05 s"):
             vcu.enable(0.05)
