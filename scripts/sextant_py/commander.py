@@ -68,9 +68,9 @@ class Commander:
         return self._next_ns
 
     def spoil(self, kind: str, frames: int = 1) -> None:
-        """The next frames are wrong, by a kind of WRONG."""
+        """The next frames, one or more, are wrong, by a kind of WRONG."""
         with self._lock:
-            self._wrong = (WRONG[kind], frames) if frames else None
+            self._wrong = WRONG[kind], frames
 
     def spoil_none(self) -> None:
         """The next frames are right."""

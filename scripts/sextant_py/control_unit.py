@@ -227,11 +227,11 @@ class Vcu:
 
     def spoil(self, kind: str, frames: int = 1) -> None:
         """The next frames are wrong in one way: `crc`, `data_id`, `repeated`, `jumped`, `reserved`, `range`, `length`,
-        `lost` or `late` (docs/python.md). The frames after them are right again; 0 frames: none."""
+        `lost` or `late` (docs/python.md). The frames after them are right again, as after `spoil_none`."""
         if kind not in WRONG:
             raise UserError(f'"{kind}" is no kind of wrong frame; known are {", ".join(WRONG)}.')
-        if frames < 0:
-            raise UserError(f"{frames} wrong frames cannot be sent; 0 or more can.")
+        if frames < 1:
+            raise UserError(f"{frames} wrong frames cannot be sent: 1 or more can, and spoil_none makes them right.")
         self._commander.spoil(kind, frames)
 
     def spoil_none(self) -> None:

@@ -157,8 +157,9 @@ def test_what_cannot_be_meant_is_refused(bus_address: str) -> None:
         assert vcu.frames == 0
         with pytest.raises(sextant.UserError, match=r'^"nonsense" is no kind of wrong frame; known are crc, '):
             vcu.spoil("nonsense")
-        with pytest.raises(sextant.UserError, match=r"^-1 wrong frames cannot be sent"):
-            vcu.spoil("crc", -1)
+        for frames in (-1, 0):
+            with pytest.raises(sextant.UserError, match=rf"^{frames} wrong frames cannot be sent: 1 or more can"):
+                vcu.spoil("crc", frames)
         with pytest.raises(sextant.UserError, match=r"^no status frame from a drive .* within 0\.05 s"):
             vcu.enable(0.05)
     for options, reason in [

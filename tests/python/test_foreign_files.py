@@ -14,6 +14,7 @@ import pyarrow
 import pytest
 from asammdf import MDF, Signal
 from mcap.writer import CompressionType, Writer
+from programs import program
 from pyarrow import parquet
 from sextant_py import compare, convert, expect, playback, plot
 from sextant_py.errors import UserError
@@ -116,6 +117,17 @@ def test_attributes_of_other_programs_are_carried_to_every_format(tmp_path: Path
     assert (column.name, column.unit, column.text) == ("torque_nm", "N m", "Größe")
     assert source.metadata["attributes"]["list"] == [1, 2]
     assert source.metadata["attributes"]["latin"] == "°C"
+
+
+@pytest.mark.parametrize("suffix", formats.SUFFIXES)
+def test_names_of_any_signs_are_carried_to_every_format(tmp_path: Path, suffix: str) -> None:
+    names = ["torque [N·m]", "a,b", 'q"uote', "µ°", "two  blanks", "#5"]
+    path = hdf5(tmp_path / "a.h5", lambda file: file.update({"t_s": T, **{n: k + T for k, n in enumerate(names)}}))
+    assert convert.main([str(path), str(tmp_path / f"b{suffix}")]) == 0
+    found = drained(tmp_path / f"b{suffix}")[MAIN]
+    assert set(found.dtype.names) == {"t_s", *names}
+    for number, name in enumerate(names):
+        np.testing.assert_array_equal(found[name], number + T)
 
 
 def test_what_has_no_time_axis_is_named(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
@@ -294,7 +306,7 @@ COMMANDS: dict[str, Callable[[Path, Path], int]] = {
     "playback": lambda path, _: playback.main([str(path)]),
     "compare": lambda path, _: compare.main([str(path), str(path), "--align", "rise torque_nm 5"]),
     "report": lambda path, out: report.main([str(path), "--out", str(out / "a.html")]),
-    "expect": lambda path, _: expect.main([str(SCENARIO), str(path)]),
+    "expect": lambda path, _: expect.main([str(SCENARIO), str(path), "--mil", str(program("sextant-mil"))]),
 }
 
 

@@ -55,7 +55,9 @@ class CsvSink:
         self._groups[group.name] = group
         self._schemas[group.name] = arrow_table.schema(group)
         self._files[group.name] = AppendFile(self._file(group.name))
-        self._files[group.name].append(",".join(column.name for column in group.columns) + "\n")
+        heading = io.StringIO()
+        text_csv.writer(heading, lineterminator="\n").writerow([column.name for column in group.columns])
+        self._files[group.name].append(heading.getvalue())
         self.kept[group.name] = 0
         self._describe(self._metadata)
 
