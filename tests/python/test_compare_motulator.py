@@ -147,7 +147,7 @@ def test_what_differs_by_more_than_the_limit_is_named() -> None:
 
 def test_the_committed_page_is_that_of_its_results(tmp_path) -> None:
     (tmp_path / "images").mkdir()
-    results = Results.load(ROOT / "docs/motulator.json")
+    results = Results.load(compare_motulator.RESULTS)
     motulator_page.write(results, tmp_path)
     committed = (ROOT / "docs/motulator.md").read_text(encoding="utf-8")
     assert (tmp_path / "motulator.md").read_text(encoding="utf-8") == committed

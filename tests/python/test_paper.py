@@ -274,18 +274,18 @@ def test_table6_is_the_papers() -> None:
 
 
 def test_committed_page_is_that_of_the_committed_numbers() -> None:
-    assert check_paper.page_differences(COMMITTED, load(COMMITTED / "numbers.json")) == []
+    assert check_paper.page_differences(COMMITTED, load(paper_report.NUMBERS)) == []
 
 
 def test_committed_numbers_say_where_they_come_from() -> None:
-    content = json.loads((COMMITTED / "numbers.json").read_text(encoding="utf-8"))
+    content = json.loads((paper_report.NUMBERS).read_text(encoding="utf-8"))
     assert len(content) > 300
     for name, entry in content.items():
         assert entry["command"] and entry["meaning"] and entry["unit"], name
 
 
 def test_a_changed_number_or_page_is_found(tmp_path: Path) -> None:
-    numbers = load(COMMITTED / "numbers.json")
+    numbers = load(paper_report.NUMBERS)
     name = "response/centred/dead/15"
     off = Numbers(numbers.entries | {name: replace(numbers.entries[name], value=4.0)})
     assert len(differences(off, numbers)) == 1

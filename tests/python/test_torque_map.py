@@ -303,7 +303,7 @@ def test_at_the_marked_speed_the_stator_frequency_is_zero(torque: float) -> None
 
 @pytest.mark.skipif(not (COMMITTED / "README.md").is_file(), reason="scripts/torque_map has not written the page yet")
 def test_the_committed_pages_are_those_of_their_results() -> None:
-    maps = torque_map.results_in(COMMITTED)
+    maps = torque_map.results_in(torque_map.RESULTS)
     assert (COMMITTED / "README.md").read_text(encoding="utf-8") == torque_map_page.render(maps)
     guarantees = torque_map_counts.PAGE.read_text(encoding="utf-8")
     assert guarantees == torque_map_counts.filled(guarantees, maps[torque_map_drive.GUARANTEED])

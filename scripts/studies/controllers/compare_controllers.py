@@ -16,11 +16,12 @@ from . import cost, page, step
 from .measure import Bench, Record, Results, common_period, methods
 
 DOCS = ROOT / "docs"
+RESULTS = Path(__file__).with_name("results.json")
 EXAMPLES = """examples:
   scripts/compare_controllers                        every method, then docs/controllers.md
   scripts/compare_controllers --quick                a few points of each, printed
   scripts/compare_controllers --methods dtc,deadbeat --quick
-  scripts/compare_controllers --page                 no runs: pictures and page from docs/controllers.json
+  scripts/compare_controllers --page                 no runs: pictures and page from results.json
 
 Every method runs on the drive of configs/ecu.toml with its estimator, protections and torque monitor, and one period of
 actuation delay; only control.controller changes, and in one section the control period. Exit status: 0 when every run
@@ -87,17 +88,16 @@ def measure(options: argparse.Namespace) -> Results:
 
 def main(arguments: list[str]) -> int:
     options = parse_arguments(arguments)
-    file = DOCS / "controllers.json"
     if options.page:
-        if not file.is_file():
-            raise UserError(f"{file} is missing; scripts/compare_controllers measures it.")
-        results = Results.load(file)
+        if not RESULTS.is_file():
+            raise UserError(f"{RESULTS} is missing; scripts/compare_controllers measures it.")
+        results = Results.load(RESULTS)
     else:
         results = measure(options)
     is_of_page = not options.quick and options.methods is None
     if is_of_page:
         if not options.page:
-            results.save(file)
+            results.save(RESULTS)
         for written in page.write(results, DOCS):
             print(written)
     else:

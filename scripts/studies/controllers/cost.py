@@ -23,5 +23,5 @@ def step_ns(methods: list[str]) -> dict[str, float]:
 
 
 def instructions() -> dict[str, dict[str, float]]:
-    """By method mean and most, from docs/embedded.json."""
+    """By method mean and most, from the results of the microcontroller."""
     return cortex_page.load()["methods"]

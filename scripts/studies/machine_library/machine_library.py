@@ -20,6 +20,7 @@ from .run import Lab, Record
 
 PROGRAM = "machine_library"
 DOCS = ROOT / "docs"
+RESULTS = Path(__file__).with_name("results.json")
 EXAMPLES = """examples:
   scripts/machine_library                                   all machines, then docs/machine_library.md
   scripts/machine_library --quick                           a few points of each machine, printed
@@ -28,7 +29,7 @@ EXAMPLES = """examples:
   scripts/machine_library --parts reversals,starts,sags     full torque reversed, starts through standstill, sags
   scripts/machine_library --random 50 --seed 7              machines at random, 0.25 to 200 kW, 48 to 690 V, printed
   scripts/machine_library --honest --methods foc,dtc        dead time, drops, saturation and real sensors, identified
-  scripts/machine_library --from docs/machine_library.json  no runs: picture and page again
+  scripts/machine_library --from scripts/studies/machine_library/results.json  no runs: picture and page again
 
 Nothing is set but machine, link, method, control period and sensors: the drive is the shipped one. A point is right,
 derated (less torque, and the drive says so), refused in a sentence, tripped, or wrong. Exit status: 0 when no healthy
@@ -199,8 +200,9 @@ def main(arguments: list[str]) -> int:
         raise UserError(f"--out: {directory} cannot be made: {error.strerror}.") from None
     if not options.source:
         print(f"machine_library: {(time.monotonic() - began) / 60:.3g} minutes")
-        save(results, directory / "machine_library.json")
-        print(directory / "machine_library.json")
+        file = RESULTS if directory == DOCS else directory / "machine_library.json"
+        save(results, file)
+        print(file)
     if options.source or options.is_of_page:
         for file in page.write(results, directory):
             print(file)

@@ -222,7 +222,7 @@ def growth(figures: dict, committed: dict) -> tuple[list[str], list[str]]:
     """What has grown beyond the committed figures, and what has shrunk as much."""
     now, before = bounded(figures), bounded(committed)
     if now.keys() != before.keys():
-        return [f"docs/embedded.json has other figures: {sorted(now.keys() ^ before.keys())}"], []
+        return [f"{page.COMMITTED} has other figures: {sorted(now.keys() ^ before.keys())}"], []
     grown = [f"{k}: {now[k]:g} for {before[k]:g}" for k in now if now[k] > ALLOWED_GROWTH * before[k]]
     shrunk = [f"{k}: {now[k]:g} for {before[k]:g}" for k in now if now[k] * ALLOWED_GROWTH < before[k]]
     return grown, shrunk
@@ -283,14 +283,14 @@ def main(arguments: list[str]) -> int:
         print(page.table(figures))
         if options.update:
             page.save(figures)
-            print("docs/embedded.json and docs/embedded.md are these figures now.")
+            print(f"{page.COMMITTED} and docs/embedded.md are these figures now.")
         else:
             committed = page.load()
             grown, shrunk = growth(figures, committed)
             problems += [f"{text}: was equal in every bit and is not{ADVICE}" for text in lost_bits(figures, committed)]
-            problems += [f"more than 2 % above docs/embedded.json: {text}{ADVICE}" for text in grown]
+            problems += [f"more than 2 % above {page.COMMITTED}: {text}{ADVICE}" for text in grown]
             for text in shrunk:
-                print(f"more than 2 % below docs/embedded.json, scripts/check_cortex_m --update keeps it: {text}")
+                print(f"more than 2 % below {page.COMMITTED}, scripts/check_cortex_m --update keeps it: {text}")
             problems += page.differences()
     for problem in problems:
         print(f"check_cortex_m: {problem}")

@@ -1,4 +1,4 @@
-"""The figures of the drive on a microcontroller: docs/embedded.json, and the tables of docs/embedded.md made of it."""
+"""The figures of the drive on a microcontroller, results.json, and the tables of docs/embedded.md made of it."""
 
 import json
 import re
@@ -10,7 +10,8 @@ from studies import json_file, page
 
 from .firmware_image import IN_FLASH
 
-FIGURES = ROOT / "docs" / "embedded.json"
+FIGURES = Path(__file__).with_name("results.json")
+COMMITTED = FIGURES.relative_to(ROOT)  # as messages name it
 PAGE = ROOT / "docs" / "embedded.md"
 NAMES = {
     "drive_step": "`Drive::step`",
@@ -114,4 +115,4 @@ def differences() -> list[str]:
     text = PAGE.read_text(encoding="utf-8")
     if rendered(text, load()) == text:
         return []
-    return ["a table of docs/embedded.md is not what docs/embedded.json makes of it; --update writes both"]
+    return [f"a table of docs/embedded.md is not what {COMMITTED} makes of it; --update writes both"]

@@ -17,10 +17,11 @@ from . import page
 from .measure import LIMIT_PERCENT, Bench, Results
 
 DOCS = ROOT / "docs"
+RESULTS = Path(__file__).with_name("results.json")
 EXAMPLES = """examples:
   scripts/compare_motulator            every operating point, then docs/motulator.md
   scripts/compare_motulator --quick    two operating points, printed
-  scripts/compare_motulator --page     no runs: picture and page from docs/motulator.json
+  scripts/compare_motulator --page     no runs: picture and page from results.json
 
 The first run installs motulator from PyPI into .cache/peers-venv (scripts/requirements-peers.txt). Exit status: 0 when
 every measured steady state agrees within the limit of the page, 1 when one does not or a run failed, 130 when
@@ -59,18 +60,17 @@ def measure(options: argparse.Namespace) -> Results:
 
 def main(arguments: list[str]) -> int:
     options = parse_arguments(arguments)
-    file = DOCS / "motulator.json"
     if options.page:
-        if not file.is_file():
-            raise UserError(f"{file} is missing; scripts/compare_motulator measures it.")
-        results = Results.load(file)
+        if not RESULTS.is_file():
+            raise UserError(f"{RESULTS} is missing; scripts/compare_motulator measures it.")
+        results = Results.load(RESULTS)
     else:
         results = measure(options)
     if options.quick:
         print(page.text(results))
     else:
         if not options.page:
-            results.save(file)
+            results.save(RESULTS)
         for written in page.write(results, DOCS):
             print(written)
     apart = results.apart()

@@ -38,6 +38,9 @@ MEASURES: tuple[Measure, ...] = (
 )
 
 
+NUMBERS = Path(__file__).with_name("numbers.json")
+
+
 def parser_of(program: str, description: str) -> argparse.ArgumentParser:
     """With the arguments of both programs."""
     parser = argparse.ArgumentParser(
@@ -56,12 +59,14 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     parser = parser_of("paper_report", "Runs every scenario of the paper again and writes numbers, pictures and page.")
     parser.add_argument("--quick", action="store_true", help="a few numbers only, no pictures, no page")
     parser.add_argument("--page", action="store_true", help="no runs: the page again from numbers.json")
-    where = "where to write (default: docs/paper; with --quick out/paper)"
+    where = "where to write, also numbers.json (default: docs/paper; with --quick out/paper)"
     parser.add_argument("--out", type=Path, metavar="DIR", help=where)
     options = parser.parse_args(arguments)
     if options.jobs < 1:
         raise UserError("--jobs: at least one.")
-    options.out = options.out or ROOT / ("out/paper" if options.quick else "docs/paper")
+    apart = options.out or (ROOT / "out/paper" if options.quick else None)
+    options.numbers = apart / NUMBERS.name if apart else NUMBERS
+    options.out = apart or ROOT / "docs/paper"
     return options
 
 
@@ -80,11 +85,11 @@ def draw(lab: Lab, numbers: Numbers, out: Path, step: Callable[[str], None]) -> 
         curve(numbers, out / f"{name}.png")
 
 
-def write_page(out: Path) -> None:
-    (out / "README.md").write_text(render(load(out / "numbers.json")), encoding="utf-8")
+def write_page(numbers: Path, out: Path) -> None:
+    (out / "README.md").write_text(render(load(numbers)), encoding="utf-8")
 
 
-def report(lab: Lab, out: Path, quick: bool) -> None:
+def report(lab: Lab, file: Path, out: Path, quick: bool) -> None:
     numbers = Numbers()
     columns = (TextColumn("{task.description:<26}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     with Progress(*columns, console=Console(stderr=True)) as progress:
@@ -100,10 +105,10 @@ def report(lab: Lab, out: Path, quick: bool) -> None:
         if not quick:
             draw(lab, numbers, out, step)
         progress.update(task, description="done", completed=step.done)
-    numbers.save(out / "numbers.json")
+    numbers.save(file)
     if not quick:
-        write_page(out)
-    print(f"{len(numbers.entries)} numbers: {out / 'numbers.json'}")
+        write_page(file, out)
+    print(f"{len(numbers.entries)} numbers: {file}")
 
 
 def main(arguments: list[str]) -> int:
@@ -113,10 +118,10 @@ def main(arguments: list[str]) -> int:
     except OSError as error:
         raise UserError(f"--out: {options.out} cannot be made: {error.strerror}.") from None
     if options.page:
-        write_page(options.out)
+        write_page(options.numbers, options.out)
         return 0
     with Lab(mil_program.find(options.mil), options.jobs) as lab:
-        report(lab, options.out, options.quick)
+        report(lab, options.numbers, options.out, options.quick)
     return 0
 
 

@@ -36,6 +36,7 @@ from .results import FAILED, MEANING, SILENT, Results, load, save
 from .run import Lab
 
 PAGE = ROOT / "docs" / "torque_map"
+RESULTS = Path(__file__).parent
 EXAMPLES = """examples:
   scripts/torque_map                  the map of configs/ecu.toml, then docs/torque_map and the counts of docs/torque.md
   scripts/torque_map --quick          a handful of points, printed
@@ -82,6 +83,7 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
         parser.error("--honest: drive and points are its own; leave FILE, --drive, --quick and --full out")
     options.drive = options.drive or "shipped"
     options.is_of_page = not (options.quick or options.full or options.file)
+    options.results = options.out or (RESULTS if options.is_of_page else OUT / "torque_map")
     options.out = options.out or (PAGE if options.is_of_page else OUT / "torque_map")
     return options
 
@@ -159,9 +161,9 @@ def of_the_honest_plant(options: argparse.Namespace) -> int:
         with timed("honest plant"):
             found = honest.measure(mil_program.find(options.mil), work, options.jobs, options.restart)
         for results in found:
-            save(results, options.out / f"{results.drive}.json")
+            save(results, options.results / f"{results.drive}.json")
             status |= report(results)
-    maps = {name: load(options.out / f"{name}.json") for name in honest.NAMES}
+    maps = {name: load(options.results / f"{name}.json") for name in honest.NAMES}
     for file in honest.write(maps, options.out):
         print(file)
     return status
@@ -194,12 +196,12 @@ def main(arguments: list[str]) -> int:
         suffix = (
             "" if options.is_of_page or not (options.quick or options.full) else "_quick" if options.quick else "_full"
         )
-        file = options.out / f"{results.drive}{suffix}.json"
+        file = options.results / f"{results.drive}{suffix}.json"
         save(results, file)
         status = report(results)
         print(file)
     if options.page or (options.is_of_page and options.drive != "paper"):
-        maps = results_in(options.out)
+        maps = results_in(options.results)
         written = page.write(maps, options.out)
         if options.out.resolve() == PAGE:
             written.append(torque_map_counts.write(maps[torque_map_drive.GUARANTEED]))

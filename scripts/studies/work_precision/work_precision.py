@@ -20,7 +20,7 @@ from studies.origin import Origin
 
 from . import closed_loops
 
-DATA = ROOT / "docs" / "work_precision.json"
+DATA = Path(__file__).with_name("results.json")
 PICTURE = ROOT / "docs" / "images" / "work_precision.png"
 PAGE = ROOT / "docs" / "performance_plant.md"
 MARK = "table: scripts/work_precision"
