@@ -6,18 +6,24 @@ from pathlib import Path
 
 import pytest
 from programs import program
-from sextant_py import (
+from sextant_py.errors import UserError
+from sextant_py.paths import ROOT
+from studies import plant_faults
+from studies.fault_campaign import (
     false_trips,
     fault_campaign,
-    fault_campaign_file,
-    fault_campaign_library,
-    fault_campaign_page,
-    machine_library_faults,
-    plant_faults,
 )
-from sextant_py.errors import UserError
-from sextant_py.false_trips import Drive, Hours
-from sextant_py.paths import ROOT
+from studies.fault_campaign import (
+    file as fault_campaign_file,
+)
+from studies.fault_campaign import (
+    library as fault_campaign_library,
+)
+from studies.fault_campaign import (
+    page as fault_campaign_page,
+)
+from studies.fault_campaign.false_trips import Drive, Hours
+from studies.machine_library import faults as machine_library_faults
 
 ONE = {
     "name": "speed | lost", "fault": "SPEED_SENSOR", "observable": "at once", "runs": 6, "missed": 1, "late": 0,
@@ -79,7 +85,7 @@ def test_a_trip_counts_once_and_ends_its_run() -> None:
     assert hours["NYCC"].faults == {"OPEN_PHASE": 1}
     assert json.loads(json.dumps(hours["NYCC"].to_json()))["faults"] == {"OPEN_PHASE": 1}
     shown = fault_campaign_page.trip_list([*hours.values(), Hours("demo", 10.0, 1)])
-    assert shown == "- NYCC: 600 s, 2 runs, **1 false trip**: OPEN_PHASE 1\n- demo: 10 s, 1 run, no trip"
+    assert shown == "- NYCC (600 s): **1 false trip**: OPEN_PHASE 1\n- no trip: demo (10 s)"
 
 
 def test_the_table_has_periods_where_they_are_few() -> None:
@@ -250,4 +256,4 @@ def test_the_page_takes_the_tables_of_the_library(tmp_path: Path) -> None:
     fault_campaign_library.write(page, found, 2)
     text = page.read_text(encoding="utf-8")
     assert "2 seeds at 5 operating points: 1 run." in text
-    assert "- 2.2 kW: random torque steps, foc: 3600 s, 120 runs, no trip" in text
+    assert "- no trip: 2.2 kW: random torque steps, foc (3600 s)" in text

@@ -4,23 +4,28 @@ from pathlib import Path
 
 import pytest
 from programs import program
-from sextant_py import (
-    drive_file,
-    fault_campaign,
-    fault_campaign_file,
-    fault_campaign_honest,
-    honest_drive,
-    plant_faults,
-    torque_map,
-    torque_map_honest,
-    torque_map_kinds,
-    torque_map_points,
-)
-from sextant_py.false_trips import Hours
+from sextant_py import drive_file
 from sextant_py.paths import ROOT
-from sextant_py.torque_map_drive import SENSORS, Drive
-from sextant_py.torque_map_points import ESTIMATE, Conditions
-from sextant_py.torque_map_results import MapOf, Results
+from studies import honest_drive, plant_faults
+from studies.fault_campaign import fault_campaign
+from studies.fault_campaign import file as fault_campaign_file
+from studies.fault_campaign import honest as fault_campaign_honest
+from studies.fault_campaign.false_trips import Hours
+from studies.torque_map import (
+    honest as torque_map_honest,
+)
+from studies.torque_map import (
+    kinds as torque_map_kinds,
+)
+from studies.torque_map import (
+    points as torque_map_points,
+)
+from studies.torque_map import (
+    torque_map,
+)
+from studies.torque_map.drive import SENSORS, Drive
+from studies.torque_map.points import ESTIMATE, Conditions
+from studies.torque_map.results import MapOf, Results
 
 
 def test_its_sensors_are_those_of_the_torque_map_and_nothing_is_told() -> None:
@@ -132,4 +137,4 @@ def test_the_page_takes_the_tables_of_the_campaign(tmp_path: Path) -> None:
     text = page.read_text(encoding="utf-8")
     assert "1 seed at 5 operating points: 1 run." in text
     assert "| open phase | 1 | 1 | 0 | 0 | 0 | 2.5 | OPEN_PHASE 1 |" in text
-    assert "- random, foc: 360 s, 12 runs, no trip" in text
+    assert "- no trip: random, foc (360 s)" in text

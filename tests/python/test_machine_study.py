@@ -6,16 +6,22 @@ from pathlib import Path
 
 import pytest
 from programs import program
-from sextant_py import (
-    machine_library,
-    machine_library_faults,
-    machine_library_page,
-    machine_library_scenarios,
-    plant_faults,
-)
 from sextant_py.control_methods import METHODS
 from sextant_py.errors import UserError
-from sextant_py.machine_library_points import (
+from studies import plant_faults
+from studies.machine_library import (
+    faults as machine_library_faults,
+)
+from studies.machine_library import (
+    machine_library,
+)
+from studies.machine_library import (
+    page as machine_library_page,
+)
+from studies.machine_library import (
+    scenarios as machine_library_scenarios,
+)
+from studies.machine_library.points import (
     PERIODS_US,
     Cell,
     Point,
@@ -25,8 +31,8 @@ from sextant_py.machine_library_points import (
     quick_points,
     read_library,
 )
-from sextant_py.machine_library_results import DERATED, REFUSED, RIGHT, TRIPPED, WRONG, Results, load, outcome, save
-from sextant_py.machine_library_run import Lab
+from studies.machine_library.results import DERATED, REFUSED, RIGHT, TRIPPED, WRONG, Results, load, outcome, save
+from studies.machine_library.run import Lab
 
 LIBRARY = read_library()
 MACHINE = next(machine for machine in LIBRARY if machine.id == "motulator_2k2")

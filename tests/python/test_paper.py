@@ -11,24 +11,36 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from sextant_py import (
-    check_paper,
-    mil_program,
-    paper_cycle,
-    paper_defaults,
-    paper_figures,
-    paper_report,
-    paper_rise,
-    paper_steady,
-    paper_steps,
-)
+from sextant_py import mil_program
 from sextant_py.errors import UserError
-from sextant_py.paper_lab import SCENARIOS, Lab
-from sextant_py.paper_numbers import Number, Numbers, differences, load
-from sextant_py.paper_page import render, text
 from sextant_py.paths import ROOT
 from sextant_py.plots import sheets
 from sextant_py.plots.trace import Trace
+from studies.paper import (
+    check_paper,
+    paper_report,
+)
+from studies.paper import (
+    cycle as paper_cycle,
+)
+from studies.paper import (
+    defaults as paper_defaults,
+)
+from studies.paper import (
+    figures as paper_figures,
+)
+from studies.paper import (
+    rise as paper_rise,
+)
+from studies.paper import (
+    steady as paper_steady,
+)
+from studies.paper import (
+    steps as paper_steps,
+)
+from studies.paper.lab import SCENARIOS, Lab
+from studies.paper.numbers import Number, Numbers, differences, load
+from studies.paper.page import render, text
 
 COMMITTED = ROOT / "docs" / "paper"
 FILES = sorted((ROOT / SCENARIOS).glob("*.toml"))
@@ -262,18 +274,18 @@ def test_table6_is_the_papers() -> None:
 
 
 def test_committed_page_is_that_of_the_committed_numbers() -> None:
-    assert check_paper.page_differences(COMMITTED, load(COMMITTED / "numbers.json")) == []
+    assert check_paper.page_differences(COMMITTED, load(paper_report.NUMBERS)) == []
 
 
 def test_committed_numbers_say_where_they_come_from() -> None:
-    content = json.loads((COMMITTED / "numbers.json").read_text(encoding="utf-8"))
+    content = json.loads((paper_report.NUMBERS).read_text(encoding="utf-8"))
     assert len(content) > 300
     for name, entry in content.items():
         assert entry["command"] and entry["meaning"] and entry["unit"], name
 
 
 def test_a_changed_number_or_page_is_found(tmp_path: Path) -> None:
-    numbers = load(COMMITTED / "numbers.json")
+    numbers = load(paper_report.NUMBERS)
     name = "response/centred/dead/15"
     off = Numbers(numbers.entries | {name: replace(numbers.entries[name], value=4.0)})
     assert len(differences(off, numbers)) == 1

@@ -9,24 +9,39 @@ from pathlib import Path
 import numpy as np
 import pytest
 from programs import program
-from sextant_py import (
-    drive_file,
-    sweep_reader,
-    torque_map,
-    torque_map_counts,
-    torque_map_drive,
-    torque_map_figures,
-    torque_map_file,
-    torque_map_kinds,
-    torque_map_page,
-    torque_map_points,
-    torque_map_run,
-)
+from sextant_py import drive_file, sweep_reader
 from sextant_py.errors import UserError
 from sextant_py.paths import ROOT
-from sextant_py.torque_map_capability import Limits, largest_torque, limits_of, worst_difference
-from sextant_py.torque_map_points import SPEEDS, TORQUES, Conditions, Point
-from sextant_py.torque_map_results import (
+from studies.torque_map import (
+    counts as torque_map_counts,
+)
+from studies.torque_map import (
+    drive as torque_map_drive,
+)
+from studies.torque_map import (
+    figures as torque_map_figures,
+)
+from studies.torque_map import (
+    file as torque_map_file,
+)
+from studies.torque_map import (
+    kinds as torque_map_kinds,
+)
+from studies.torque_map import (
+    page as torque_map_page,
+)
+from studies.torque_map import (
+    points as torque_map_points,
+)
+from studies.torque_map import (
+    run as torque_map_run,
+)
+from studies.torque_map import (
+    torque_map,
+)
+from studies.torque_map.capability import Limits, largest_torque, limits_of, worst_difference
+from studies.torque_map.points import SPEEDS, TORQUES, Conditions, Point
+from studies.torque_map.results import (
     BRIEF,
     DERATED,
     FAILED,
@@ -288,7 +303,7 @@ def test_at_the_marked_speed_the_stator_frequency_is_zero(torque: float) -> None
 
 @pytest.mark.skipif(not (COMMITTED / "README.md").is_file(), reason="scripts/torque_map has not written the page yet")
 def test_the_committed_pages_are_those_of_their_results() -> None:
-    maps = torque_map.results_in(COMMITTED)
+    maps = torque_map.results_in(torque_map.RESULTS)
     assert (COMMITTED / "README.md").read_text(encoding="utf-8") == torque_map_page.render(maps)
     guarantees = torque_map_counts.PAGE.read_text(encoding="utf-8")
     assert guarantees == torque_map_counts.filled(guarantees, maps[torque_map_drive.GUARANTEED])
