@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <csignal>
 #include <cstdint>
+#include <cstdlib>
 #include <limits>
 #include <stdexcept>
 #include <string>
@@ -13,6 +14,7 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include "ecu/telemetry/dds_settings.hpp"
 #include "ecu/threads/watchdog_rights.hpp"
 #include "ecu/timing/timing_report.hpp"
 #include "ecu/unit/run_report.hpp"
@@ -59,19 +61,6 @@ std::vector<CanIdentifier> identifiers(const std::vector<EcuConfig>& configs) {
   return wanted;
 }
 
-/// A drive of a configuration that has been read again.
-EcuConfig one_of(const DrivesConfig& again, std::size_t k, const DrivesConfig& running) {
-  if (again.drives.size() != running.drives.size()) {
-    throw std::runtime_error{
-        fmt::format("the configuration file is another one than at the start (drives from {} to {}): restore "
-                    "it, or start the drives anew",
-                    running.drives.size(), again.drives.size())};
-  }
-  if (again.on_fault != running.on_fault)
-    throw std::runtime_error{"on_fault never changes while the drives run: start them anew with --set"};
-  return again.drives[k];
-}
-
 /// The configuration must outlive the drives.
 std::vector<std::unique_ptr<LiveDrive>> make_drives(const DrivesConfig& config, CanBus& bus,
                                                     const LiveDriveOptions& options, const LoadDrives& load) {
@@ -81,9 +70,7 @@ std::vector<std::unique_ptr<LiveDrive>> make_drives(const DrivesConfig& config, 
     own.record_cycles = config.file_of(options.record_cycles, k);
     own.fault_socket = config.file_of(options.fault_socket, k);
     own.set_socket = config.file_of(options.set_socket, k);
-    own.load = [load, k, &config](const std::vector<std::string>& more) {
-      return one_of(load(more), k, config);
-    };
+    own.load = load_of(load, k, config);
     if (config.drives.size() > 1) {
       own.thread = fmt::format("sextant-ctrl-{}", k + 1);
       own.prefix = fmt::format("drive {}: ", config.drives[k].drive_id);
@@ -91,6 +78,22 @@ std::vector<std::unique_ptr<LiveDrive>> make_drives(const DrivesConfig& config, 
     drives.push_back(std::make_unique<LiveDrive>(config.drives[k], bus, own));
   }
   return drives;
+}
+
+/// Of the first drive: domain and configuration are those of the process.
+TelemetryProcess::Parameters publisher_parameters(const EcuConfig& config) {
+  const DdsSettings settings = dds_settings(config.dds, std::getenv("CYCLONEDDS_URI"));
+  return {.domain_id = std::uint32_t(config.dds.domain),
+          .configuration = settings.configuration,
+          .configuration_source = settings.source};
+}
+
+std::vector<TelemetryConnection> connections_of(const std::vector<std::unique_ptr<LiveDrive>>& drives) {
+  std::vector<TelemetryConnection> connections;
+  connections.reserve(drives.size());
+  for (const std::unique_ptr<LiveDrive>& drive : drives)
+    connections.emplace_back(std::uint32_t(drive->unit().config().drive_id), drive->sender());
+  return connections;
 }
 
 std::vector<DriveUnit*> units_of(const std::vector<std::unique_ptr<LiveDrive>>& drives) {
@@ -115,6 +118,7 @@ Ecu::Ecu(const DrivesConfig& config, const LiveDriveOptions& options, const Load
           std::ranges::any_of(config.drives, [](const EcuConfig& drive) { return is_hard(drive.realtime); })},
       bus_{make_can_bus(bus_name(), identifiers(config.drives))},
       drives_{make_drives(config_, *bus_, options, load)},
+      publisher_{publisher_parameters(config_.drives.front()), connections_of(drives_)},
       reaction_{config.on_fault, units_of(drives_)},
       receive_{*bus_, receive_tasks(drives_), is_over_, receive_priority(config.drives)},
       bus_watch_{*bus_} {}
@@ -149,6 +153,7 @@ void Ecu::start_threads() {
   telemetry_.start({.poll =
                         [this] {
                           each([](LiveDrive& drive) { drive.telemetry().poll(now_ns()); });
+                          publisher_.poll(now_ns());
                           return std::chrono::milliseconds{TelemetryTask::poll_every_ms};
                         },
                     .end = [this] { each([](LiveDrive& drive) { drive.telemetry().finish(); }); }});
@@ -231,7 +236,7 @@ void Ecu::stop() {
   link_.join();
   housekeeping_.join();
   telemetry_.join();
-  each([](LiveDrive& drive) { drive.leave(); });
+  publisher_.leave();  // once no thread polls it
   // Last: a disk that does not answer keeps nothing else.
   cycles_are_over_.store(true, std::memory_order_release);
   cycles_.join();
@@ -259,10 +264,12 @@ void Ecu::print_report(std::FILE* out) const {
     clamped += drive->unit().transmit().clamped();
   }
   print_can(out, bus_->stats(), clamped);
-  for (const std::unique_ptr<LiveDrive>& drive : drives_) {
-    if (drives_.size() > 1) fmt::print(out, "drive {}\n", drive->unit().config().drive_id);
-    drive->print_telemetry(out);
+  for (std::size_t k = 0; k < drives_.size(); ++k) {
+    if (drives_.size() > 1) fmt::print(out, "drive {}\n", drives_[k]->unit().config().drive_id);
+    drives_[k]->print_telemetry(out, publisher_.counts(k));
   }
+  if (publisher_.restarts() > 0)
+    fmt::print(out, "sextant-telemetry was restarted {} times\n", publisher_.restarts());
 }
 
 }  // namespace sextant::ecu

@@ -3,12 +3,13 @@
 #include <atomic>
 #include <chrono>
 #include <cstdio>
-#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "ecu/live_drive.hpp"
+#include "ecu/parameters/load_drives.hpp"
+#include "ecu/telemetry/telemetry_process.hpp"
 #include "ecu/threads/bus_watch.hpp"
 #include "ecu/threads/polled_thread.hpp"
 #include "ecu/threads/receive_thread.hpp"
@@ -19,15 +20,12 @@
 
 namespace sextant::ecu {
 
-/// The drives' configuration with further overrides; throws ConfigError.
-using LoadDrives = std::function<DrivesConfig(const std::vector<std::string>& more)>;
-
 /// The process of live drives: CAN bus, clock and threads, with the drives. Each has a control thread of its
 /// own; every other thread works for all of them. The threads and the process for DDS run on the CPUs of the
 /// caller; see keep_off_cpu().
 class Ecu {
  public:
-  /// Opens power stage, bus and publisher. Throws std::runtime_error with one sentence where one cannot be
+  /// Opens power stages, bus and publisher. Throws std::runtime_error with one sentence where one cannot be
   /// opened. load: the configuration with further overrides, for parameters that the drives take.
   explicit Ecu(const DrivesConfig& config, const LiveDriveOptions& options = {}, const LoadDrives& load = {});
   ~Ecu();
@@ -67,6 +65,7 @@ class Ecu {
   ProcessorLatency processor_latency_;
   std::unique_ptr<CanBus> bus_;
   std::vector<std::unique_ptr<LiveDrive>> drives_{};
+  TelemetryProcess publisher_;
   FaultReaction reaction_;
   ReceiveThread receive_;
   BusWatch bus_watch_;

@@ -125,7 +125,7 @@ std::vector<sextant::Option> virtual_time_options(Options& options) {
           part("--frames-out", &run.frames_out, "record the frames of the bus, as candump -l"),
           {.name = "--set-at",
            .value = &run.set_at,
-           .what = "set a key of the running drive at this time [s]",
+           .what = "set a key of the running drives at this time [s], or of one: drive[ID].KEY=VALUE",
            .type_name = "TIME:KEY=VALUE",
            .group = group,
            .needs = virtual_time,
@@ -234,9 +234,7 @@ int run_virtual(const sextant::DrivesConfig& config, const Options& options) {
   sextant::ecu::VirtualRunOptions wanted = options.virtual_run;
   if (!options.log.empty()) wanted.log = options.log.front();
   wanted.duration_s = options.live.duration_s;
-  wanted.load = [&options](const std::vector<std::string>& more) {
-    return configured(options, more).drives.front();
-  };
+  wanted.load = [&options](const std::vector<std::string>& more) { return configured(options, more); };
   std::deque<sextant::ecu::PowerStage> stages;
   std::vector<sextant::DriveIo<double>*> ends;
   ends.reserve(config.drives.size());

@@ -1,12 +1,9 @@
 #include "ecu/live_drive.hpp"
 
-#include <cstdlib>
-
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include "common/process_setup.hpp"
-#include "ecu/telemetry/dds_settings.hpp"
 #include "ecu/timing/timing_report.hpp"
 #include "ecu/unit/run_report.hpp"
 #include "sextant/realtime/monotonic_clock.hpp"
@@ -26,24 +23,14 @@ TelemetryTask::Parameters telemetry_parameters(const EcuConfig& config) {
           .policy = config.realtime.policy};
 }
 
-TelemetryProcess::Parameters publisher_parameters(const EcuConfig& config) {
-  const DdsSettings settings = dds_settings(config.dds, std::getenv("CYCLONEDDS_URI"));
-  return {.domain_id = std::uint32_t(config.dds.domain),
-          .drive_id = std::uint32_t(config.drive_id),
-          .configuration = settings.configuration,
-          .configuration_source = settings.source};
-}
-
 }  // namespace
 
 LiveDrive::LiveDrive(const EcuConfig& config, CanBus& bus, const LiveDriveOptions& options)
     : prefix_{options.prefix},
       power_stage_{config, options.fault_socket, options.prefix},
       unit_{config, power_stage_.io(), bus, [this] { power_stage_.inhibit_gates(); }, options.record_cycles},
-      publisher_{publisher_parameters(config)},
       housekeeping_{unit_.shared(), [this](const std::string& sentence) { warn(sentence); }},
-      telemetry_{telemetry_parameters(config), publisher_.sender(), unit_.shared(),
-                 [this](std::int64_t now_ns) { publisher_.poll(now_ns); },
+      telemetry_{telemetry_parameters(config), sender_, unit_.shared(),
                  [this](const std::string& sentence) { warn(sentence); }},
       control_{config.realtime, unit_.io(),       unit_.control(),
                unit_.shared(),  unit_.recorder(), options.thread} {
@@ -123,8 +110,7 @@ void LiveDrive::print_timing_and_commands(std::FILE* out) const {
   print_commands(out, unit_.receive().receiver(), unit_.config().can.identifier_offset);
 }
 
-void LiveDrive::print_telemetry(std::FILE* out) const {
-  const CountsMessage counts = publisher_.counts();
+void LiveDrive::print_telemetry(std::FILE* out, const CountsMessage& counts) const {
   fmt::print(out, "telemetry {} published, {} periods dropped\n", counts.written,
              unit_.shared().telemetry.dropped());
   if (const std::uint64_t stalls = unit_.shared().telemetry_stalls.load(); stalls > 0) {
@@ -139,11 +125,8 @@ void LiveDrive::print_telemetry(std::FILE* out) const {
     fmt::print(out, "  {} readers without samples: they request a quality of service that is not offered\n",
                counts.incompatible_readers);
   }
-  if (const std::uint64_t lost = publisher_.sender().dropped(); lost > 0) {
+  if (const std::uint64_t lost = sender_.dropped(); lost > 0) {
     fmt::print(out, "  {} samples not published: sextant-telemetry did not receive them\n", lost);
-  }
-  if (publisher_.restarts() > 0) {
-    fmt::print(out, "  sextant-telemetry was restarted {} times\n", publisher_.restarts());
   }
   if (unit_.cycles() != nullptr) unit_.cycles()->print_report(out);
 }

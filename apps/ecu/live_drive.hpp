@@ -9,7 +9,7 @@
 #include "ecu/parameters/parameter_service.hpp"
 #include "ecu/tasks/housekeeping_task.hpp"
 #include "ecu/tasks/telemetry_task.hpp"
-#include "ecu/telemetry/telemetry_process.hpp"
+#include "ecu/telemetry/telemetry_sender.hpp"
 #include "ecu/threads/control_thread.hpp"
 #include "ecu/unit/drive_unit.hpp"
 #include "ecu/unit/power_stage.hpp"
@@ -28,11 +28,11 @@ struct LiveDriveOptions {
   std::string prefix{};  ///< of its lines in the log, where there are several drives: "drive 2: "
 };
 
-/// A drive of the live program: a DriveUnit with its power stage, control thread, publisher and the tasks for
-/// the threads that the process runs.
+/// A drive of the live program: a DriveUnit with its power stage, control thread and the tasks for the
+/// threads that the process runs.
 class LiveDrive {
  public:
-  /// Opens power stage, publisher and sockets. Throws std::runtime_error with one sentence where one cannot
+  /// Opens power stage and sockets. Throws std::runtime_error with one sentence where one cannot
   /// be opened. The bus must outlive this object.
   LiveDrive(const EcuConfig& config, CanBus& bus, const LiveDriveOptions& options);
 
@@ -40,6 +40,8 @@ class LiveDrive {
   [[nodiscard]] const DriveUnit& unit() const noexcept { return unit_; }
   [[nodiscard]] HousekeepingTask& housekeeping() noexcept { return housekeeping_; }
   [[nodiscard]] TelemetryTask& telemetry() noexcept { return telemetry_; }
+  /// Through which it sends its telemetry, for the process that publishes.
+  [[nodiscard]] TelemetrySender& sender() noexcept { return sender_; }
 
   /// Starts the control thread, without a period. Throws where its rights are required and refused.
   void prepare();
@@ -47,8 +49,6 @@ class LiveDrive {
   void go();
   /// Ends the control thread and announces that to the plant.
   void join();
-  /// Once no thread polls: publishes the rest.
-  void leave() { publisher_.leave(); }
   /// Writes the control periods that wait for the recording; logs once where that fails.
   void write_cycles();
   /// Once no thread writes the recording: writes the rest of it.
@@ -62,7 +62,7 @@ class LiveDrive {
   [[nodiscard]] const TimingStatistics& timing() const noexcept { return telemetry_.timing(); }
   // The report of the run, for people.
   void print_timing_and_commands(std::FILE* out) const;
-  void print_telemetry(std::FILE* out) const;
+  void print_telemetry(std::FILE* out, const CountsMessage& counts) const;
 
  private:
   void warn_of_unbounded_execution() const;
@@ -73,7 +73,7 @@ class LiveDrive {
   DriveUnit unit_;
   std::optional<ParameterChanges> changes_{};
   std::optional<ParameterService> parameters_{};
-  TelemetryProcess publisher_;
+  TelemetrySender sender_{};
   RightsReport rights_{};
   HousekeepingTask housekeeping_;
   TelemetryTask telemetry_;

@@ -1,8 +1,9 @@
-#include <cstdint>
 #include <cstdio>
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "common/command_line.hpp"
 #include "common/exit_status.hpp"
@@ -17,9 +18,9 @@ namespace {
 constexpr const char* program_name = "sextant-telemetry";
 
 constexpr const char* notes =
-    R"(sextant-ecu starts it, sends it the samples and restarts it after its end; it ends with the
-drive. DDS runs only in it, so that no failure of DDS affects the drive.
-Example: pgrep -af 'sextant-telemetry --drive 1' finds the one of drive 1.
+    R"(sextant-ecu starts it, sends it the samples of its drives and restarts it after its end; it ends
+with them. DDS runs only in it, so that no failure of DDS affects a drive.
+Example: pgrep -af 'sextant-telemetry --drives=1,2' finds the one of the drives 1 and 2.
 )";
 
 int run(bool describes) {
@@ -27,28 +28,34 @@ int run(bool describes) {
     std::fputs(sextant::telemetry_contract_json().c_str(), stdout);
     return sextant::ExitStatus::done;
   }
-  constexpr int descriptor = sextant::telemetry_process_descriptor;
-  if (!sextant::MessageSocket::is_one(descriptor)) {
+  std::vector<sextant::MessageSocket> sockets;
+  for (int descriptor = sextant::telemetry_process_descriptor; sextant::MessageSocket::is_one(descriptor);
+       ++descriptor) {
+    sockets.emplace_back(descriptor);
+  }
+  if (sockets.empty()) {
     throw std::runtime_error(
         "there is no drive to publish for: start sextant-ecu, which starts this program");
   }
-  return sextant::Publisher{sextant::MessageSocket{descriptor}}.run();
+  return sextant::Publisher{std::move(sockets)}.run();
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  std::uint32_t drive_id = 1;
+  std::string drives;
   bool describes = false;
   const std::string help = notes + sextant::exit_status_table();
-  const sextant::CommandLine line{
-      program_name,
-      "Sextant: publishes the telemetry of a live drive over DDS.",
-      help.c_str(),
-      {{.name = "--drive", .value = &drive_id, .what = "the drive's id, for ps: the drive sends it too"},
-       {.name = "--describe",
-        .value = &describes,
-        .what = "print topics, members and enumerators as JSON and exit"}}};
+  const sextant::CommandLine line{program_name,
+                                  "Sextant: publishes the telemetry of live drives over DDS.",
+                                  help.c_str(),
+                                  {{.name = "--drives",
+                                    .value = &drives,
+                                    .what = "the ids of the drives, for ps: each drive sends its own too",
+                                    .type_name = "ID,ID"},
+                                   {.name = "--describe",
+                                    .value = &describes,
+                                    .what = "print topics, members and enumerators as JSON and exit"}}};
   if (const std::optional<int> status = line.parse(argc, argv)) return *status;
   return sextant::run_program(program_name, [&] { return run(describes); });
 }

@@ -1,13 +1,7 @@
 #include "telemetry/publisher.hpp"
 
-#include <chrono>
 #include <cstddef>
-#include <cstring>
-#include <exception>
-#include <optional>
-#include <string>
-#include <string_view>
-#include <vector>
+#include <utility>
 
 #include <unistd.h>
 
@@ -16,102 +10,63 @@
 namespace sextant {
 namespace {
 
-using namespace std::chrono_literals;
-
-constexpr std::size_t longest_message = 1 << 18;  // the first, with its texts
+constexpr std::size_t longest_message = sizeof(WaveformMessage) + (1 << 12);
+constexpr std::chrono::nanoseconds reports_every{publisher_reports_every_ns};
 
 }  // namespace
+
+Publisher::Publisher(std::vector<MessageSocket> sockets) : buffer_(longest_message) {
+  for (MessageSocket& socket : sockets) drives_.emplace_back(std::move(socket));
+}
 
 int Publisher::run() {
   alarm(publisher_hang_limit_s);
   if (!start()) return ExitStatus::refused;
-  (void)socket_.send_struct(AnswerMessage{});
   publish();
-  report_counts();
-  dds_.reset();
   return ExitStatus::done;
 }
 
 bool Publisher::start() {
-  std::vector<std::byte> buffer(longest_message);
-  while (!socket_.wait(1000ms)) {
+  for (PublishedDrive& drive : drives_) {
+    if (!drive.start(drives_.front())) return false;
   }
-  const std::span<const std::byte> message = socket_.receive(buffer).value_or(std::span<const std::byte>{});
-  const auto head = content_of<StartMessage>(message);
-  if (!head || head->kind != TelemetryMessageKind::start || head->version != telemetry_messages_version) {
-    refuse("sextant-telemetry is of another build than sextant-ecu; install both together");
-    return false;
-  }
-  const std::string_view texts = text_after<StartMessage>(message);
-  try {
-    dds_ = std::make_unique<DdsTelemetry>(
-        DdsTelemetry::Parameters{.domain_id = head->domain_id,
-                                 .drive_id = head->drive_id,
-                                 .configuration = std::string{texts.substr(0, head->configuration_bytes)},
-                                 .configuration_source = std::string{texts.substr(head->configuration_bytes)},
-                                 .type_information = head->type_information});
-  } catch (const std::exception& problem) {
-    refuse(problem.what());
-    return false;
-  }
+  for (PublishedDrive& drive : drives_) drive.say_ready();
   return true;
 }
 
-void Publisher::refuse(const std::string& sentence) {
-  constexpr AnswerMessage head{.kind = TelemetryMessageKind::refused};
-  std::vector<std::byte> message(sizeof head + sentence.size());
-  std::memcpy(message.data(), &head, sizeof head);
-  std::memcpy(message.data() + sizeof head, sentence.data(), sentence.size());
-  (void)socket_.send(message);
+void Publisher::publish() {
+  while (!drives_.empty()) {
+    report_when_due();
+    wait();
+    // Also while messages arrive faster than they are published.
+    while (publish_next()) report_when_due();
+  }
 }
 
-void Publisher::publish() {
-  std::vector<std::byte> buffer(longest_message);
-  constexpr std::chrono::nanoseconds every{publisher_reports_every_ns};
-  for (;;) {
-    report_when_due();
-    (void)socket_.wait(std::chrono::duration_cast<std::chrono::milliseconds>(every));
-    while (const auto message = socket_.receive(buffer)) {
-      if (message->empty()) return;
-      handle(*message);
-      report_when_due();  // also while messages arrive faster than they are published
-    }
+void Publisher::wait() {
+  std::vector<const MessageSocket*> sockets;
+  sockets.reserve(drives_.size());
+  for (const PublishedDrive& drive : drives_) sockets.push_back(&drive.socket());
+  (void)MessageSocket::wait_any(sockets,
+                                std::chrono::duration_cast<std::chrono::milliseconds>(reports_every));
+}
+
+bool Publisher::publish_next() {
+  bool any = false;
+  for (PublishedDrive& drive : drives_) {
+    any |= drive.publish(buffer_);
+    if (drive.is_over()) drive.report_counts();
   }
+  std::erase_if(drives_, [](const PublishedDrive& drive) { return drive.is_over(); });
+  return any;
 }
 
 void Publisher::report_when_due() {
   const auto now = std::chrono::steady_clock::now();
   if (now < next_report_) return;
-  next_report_ = now + std::chrono::nanoseconds{publisher_reports_every_ns};
+  next_report_ = now + reports_every;
   alarm(publisher_hang_limit_s);
-  report_counts();
-}
-
-void Publisher::handle(std::span<const std::byte> message) {
-  const auto kind = kind_of(message);
-  if (kind == TelemetryMessageKind::interval) {
-    if (const auto m = content_of<IntervalMessage>(message)) {
-      (void)dds_->write(m->record, m->dropped, m->sequence);
-    }
-  } else if (kind == TelemetryMessageKind::state) {
-    if (const auto m = content_of<StateMessage>(message)) (void)dds_->write(m->sample(), m->sequence);
-  } else if (kind == TelemetryMessageKind::statistics) {
-    if (const auto m = content_of<StatisticsMessage>(message)) (void)dds_->write(m->sample, m->sequence);
-  } else if (kind == TelemetryMessageKind::waveform) {
-    if (const auto m = content_of<WaveformMessage>(message)) {
-      (void)dds_->write(m->batch, m->dropped, m->sequence);
-    }
-  }
-}
-
-void Publisher::report_counts() {
-  const DdsTelemetryCounts counts = dds_->counts();
-  CountsMessage message{.written = counts.written,
-                        .refused = counts.refused,
-                        .failed = counts.failed,
-                        .incompatible_readers = dds_->incompatible_readers(),
-                        .waveform_readers = dds_->waveform_readers()};
-  (void)socket_.send_struct(message);
+  for (PublishedDrive& drive : drives_) drive.report_counts();
 }
 
 }  // namespace sextant

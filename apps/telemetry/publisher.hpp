@@ -1,36 +1,35 @@
 #pragma once
 
 #include <chrono>
-#include <memory>
-#include <span>
-#include <string>
-#include <utility>
+#include <vector>
 
 #include "sextant/comms/message_socket.hpp"
-#include "sextant/comms/telemetry_messages.hpp"
-#include "sextant/dds/dds_telemetry.hpp"
+#include "telemetry/published_drive.hpp"
 
 namespace sextant {
 
-/// Publishes the samples of a drive, received through a socket, over DDS, until the drive closes its end.
+/// Publishes the samples of the drives of a process over DDS, with one participant, until each drive has
+/// closed its socket.
 class Publisher {
  public:
-  explicit Publisher(MessageSocket socket) noexcept : socket_{std::move(socket)} {}
+  /// A socket for each drive, at least one.
+  explicit Publisher(std::vector<MessageSocket> sockets);
 
   /// The exit status of the process: `done` where DDS ran.
   int run();
 
  private:
-  /// Waits for the first message and starts DDS; false, with `refused` sent to the drive, where it cannot.
+  /// False where DDS cannot start for one of the drives.
   [[nodiscard]] bool start();
-  void refuse(const std::string& sentence);
   void publish();
-  void handle(std::span<const std::byte> message);
+  /// Waits for a message of any drive.
+  void wait();
+  /// Publishes the next message of each drive; false where there is none.
+  [[nodiscard]] bool publish_next();
   void report_when_due();
-  void report_counts();
 
-  MessageSocket socket_;
-  std::unique_ptr<DdsTelemetry> dds_{};
+  std::vector<std::byte> buffer_;
+  std::vector<PublishedDrive> drives_{};
   std::chrono::steady_clock::time_point next_report_{};
 };
 

@@ -3,6 +3,7 @@
 #include <array>
 #include <cerrno>
 #include <system_error>
+#include <vector>
 
 #include <poll.h>
 #include <sys/socket.h>
@@ -47,6 +48,14 @@ std::optional<std::span<const std::byte>> MessageSocket::receive(std::span<std::
 bool MessageSocket::wait(std::chrono::milliseconds timeout) const noexcept {
   pollfd watched{fd_, POLLIN, 0};
   return poll(&watched, 1, static_cast<int>(timeout.count())) > 0;
+}
+
+bool MessageSocket::wait_any(std::span<const MessageSocket* const> sockets,
+                             std::chrono::milliseconds timeout) {
+  std::vector<pollfd> watched;
+  watched.reserve(sockets.size());
+  for (const MessageSocket* socket : sockets) watched.push_back({socket->fd_, POLLIN, 0});
+  return poll(watched.data(), watched.size(), static_cast<int>(timeout.count())) > 0;
 }
 
 void MessageSocket::finish() const noexcept {

@@ -35,6 +35,8 @@ std::string other_key(const EcuConfig& a, const EcuConfig& b) {
     return "can.bus differs between the drives of one process: give them one bus, or a process each";
   if (a.dds.domain != b.dds.domain)
     return "dds.domain differs between the drives of one process: give them one domain, or a process each";
+  if (a.dds.config_uri != b.dds.config_uri)
+    return "dds.config_uri differs between the drives of one process: give them one, or a process each";
   return {};
 }
 

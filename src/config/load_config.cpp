@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <sstream>
 #include <string>
@@ -11,6 +12,7 @@
 #include "layer.hpp"
 #include "printer.hpp"
 #include "reader.hpp"
+#include "sextant/config/drive_override.hpp"
 #include "sextant/config/key_change.hpp"
 
 namespace sextant {
@@ -35,8 +37,7 @@ void require_one_drive(const Layer& file) {
   const toml::node* const found = file.table.get(drive_tables);
   if (found == nullptr || !found->is_array()) return;
   throw ConfigError{{file.problem(
-      found, drive_tables,
-      "a list of drives, where the file of one is expected; sextant-ecu runs several, without a scenario")}};
+      found, drive_tables, "a list of drives, where the file of one is expected; sextant-ecu runs several")}};
 }
 
 /// Reads into a configuration that has its control methods.
@@ -68,13 +69,13 @@ EcuConfig load_ecu(Layer layer, const std::vector<std::string>& overrides, const
 
 /// The keys of a file of several drives that count for the process: those of the file without its drives, and
 /// those of the overrides, which are taken out.
-DrivesConfig load_process(Layer file, std::vector<std::string>& overrides) {
+DrivesConfig load_process(Layer file, std::vector<DriveOverride>& overrides) {
   DrivesConfig config;
   const Schema schema = schema_of(config);
   std::vector<Layer> layers;
   layers.push_back(std::move(file));
-  std::erase_if(overrides, [&](const std::string& text) {
-    Layer layer = override_layer(text);
+  std::erase_if(overrides, [&](const DriveOverride& given) {
+    Layer layer = override_layer(given.text);
     const bool is_own = std::ranges::any_of(
         schema.fields, [&layer](const Field& field) { return layer.find(field.path) != nullptr; });
     if (is_own) layers.push_back(std::move(layer));
@@ -82,6 +83,45 @@ DrivesConfig load_process(Layer file, std::vector<std::string>& overrides) {
   });
   read(schema, layers);
   return config;
+}
+
+/// The drive_id of a file with its bases and overrides, before anything else of it is read.
+int drive_id_of(const Layer& file, const std::vector<DriveOverride>& overrides) {
+  constexpr const char* key = "drive_id";
+  std::vector<Layer> layers{file};
+  insert_base_layers(layers);
+  for (const DriveOverride& given : overrides) {
+    if (!given.drive_id) layers.push_back(override_layer(given.text));
+  }
+  std::int64_t id = EcuConfig{}.drive_id;
+  for (const Layer& layer : layers) {
+    if (const toml::node* const found = layer.find(key)) id = found->value_or(id);
+  }
+  return int(id);
+}
+
+/// A drive of a process.
+EcuConfig load_drive(Layer layer, const std::vector<DriveOverride>& overrides, const EcuExtensions& own) {
+  const int id = drive_id_of(layer, overrides);
+  std::vector<std::string> texts;
+  for (const DriveOverride& given : overrides) {
+    if (given.counts_for(id)) texts.push_back(given.text);
+  }
+  return load_ecu(std::move(layer), texts, own);
+}
+
+/// Throws where an override is for a drive that is not there.
+void require_drives(const std::vector<DriveOverride>& overrides, const DrivesConfig& config) {
+  std::string ids;
+  for (const EcuConfig& drive : config.drives)
+    ids += (ids.empty() ? "" : ", ") + std::to_string(drive.drive_id);
+  for (const DriveOverride& given : overrides) {
+    const bool is_there = std::ranges::any_of(
+        config.drives, [&given](const EcuConfig& drive) { return given.counts_for(drive.drive_id); });
+    if (is_there) continue;
+    throw ConfigError{{{"--set", 0, for_drive(*given.drive_id, given.text),
+                        "no drive has this drive_id; there is " + ids}}};
+  }
 }
 
 template <class Config>
@@ -125,20 +165,26 @@ EcuConfig load_ecu_config_text(const std::string& text, const std::string& name,
 DrivesConfig load_drives_config(const std::string& file, const std::vector<std::string>& overrides,
                                 const EcuExtensions& own) {
   Layer layer = read_layer(file);
+  std::vector<DriveOverride> given;
+  for (const std::string& text : overrides) given.push_back(drive_override(text));
   const toml::node* const found = layer.table.get(drive_tables);
-  if (found == nullptr || !found->is_array()) return {.drives = {load_ecu(std::move(layer), overrides, own)}};
+  if (found == nullptr || !found->is_array()) {
+    DrivesConfig config{.drives = {load_drive(std::move(layer), given, own)}};
+    require_drives(given, config);
+    return config;
+  }
   if (!found->is_array_of_tables())
     throw ConfigError{{layer.problem(found, drive_tables, "expected [[drive]] tables, one to eight")}};
   toml::array tables = std::move(*layer.table.get(drive_tables)->as_array());
   layer.table.erase(drive_tables);
-  std::vector<std::string> of_drives = overrides;
-  DrivesConfig config = load_process(std::move(layer), of_drives);
+  DrivesConfig config = load_process(std::move(layer), given);
   for (toml::node& table : tables) {
     const auto line = static_cast<int>(table.source().begin.line);
-    config.drives.push_back(load_ecu({file, "", false, std::move(*table.as_table())}, of_drives, own));
+    config.drives.push_back(load_drive({file, "", false, std::move(*table.as_table())}, given, own));
     if (std::string problem = check_last_drive(config); !problem.empty())
       throw ConfigError{{{file, line, drive_tables, std::move(problem)}}};
   }
+  require_drives(given, config);
   return config;
 }
 

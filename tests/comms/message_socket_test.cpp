@@ -77,6 +77,18 @@ TEST_F(MessageSocketTest, TheEndIsSeenAfterWhatWasSent) {
   EXPECT_EQ(one_.send_struct(AnswerMessage{}), MessageSend::closed);
 }
 
+TEST_F(MessageSocketTest, OneOfSeveralIsEnoughToWaitFor) {
+  auto [near, far] = MessageSocket::pair();
+  const std::array<const MessageSocket*, 2> both{&other_, &far};
+  EXPECT_FALSE(MessageSocket::wait_any(both, 1ms));
+  ASSERT_EQ(near.send_struct(AnswerMessage{}), MessageSend::sent);
+  EXPECT_TRUE(MessageSocket::wait_any(both, 5s));
+  EXPECT_FALSE(receive(other_));
+  EXPECT_TRUE(receive(far));
+  one_.finish();
+  EXPECT_TRUE(MessageSocket::wait_any(both, 5s)) << "the end of one too";
+}
+
 TEST(TelemetryMessages, TheReasonOfAStateGoesWithIt) {
   const std::string reason(200, 'x');
   const StateMessage message{7, {.t_ns = 5, .first_fault = Fault::watchdog, .reason = reason}};

@@ -12,6 +12,7 @@
 namespace sextant {
 namespace {
 
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using Settings = std::vector<std::string>;
 
@@ -60,6 +61,36 @@ TEST(DrivesConfig, AnOverrideCountsForEveryDriveOrForTheProcess) {
   EXPECT_EQ(loaded(two, {"on_fault = \"all_shut_down\""}).on_fault, OnFault::all_shut_down);
   EXPECT_EQ(loaded("on_fault = \"all_shut_down\"\n" + two, {"on_fault=others_go_on"}).on_fault,
             OnFault::others_go_on);
+}
+
+TEST(DrivesConfig, AnOverrideCountsForOneDriveByItsId) {
+  const auto periods = [](const std::string& text, const Settings& settings) {
+    std::vector<int> found;
+    for (const EcuConfig& drive : loaded(text, settings).drives) found.push_back(drive.drive.drive.period_ns);
+    return found;
+  };
+  EXPECT_THAT(periods(two, {"drive[5].drive.period_us=50"}), ElementsAre(25'000, 50'000));
+  EXPECT_THAT(periods(two, {"drive[1].drive.period_us=50", "drive.period_us=40"}),
+              ElementsAre(40'000, 40'000))
+      << "the last one counts";
+  EXPECT_THAT(periods(two, {"drive.period_us=40", "drive[1].drive.period_us=50"}),
+              ElementsAre(50'000, 40'000));
+  EXPECT_EQ(loaded(two, {"drive[5].on_fault=all_shut_down"}).on_fault, OnFault::all_shut_down)
+      << "a key of the process is that of each drive";
+  EXPECT_THAT(refusal(two, {"drive[2].drive.period_us=50"}),
+              HasSubstr("--set: drive[2].drive.period_us=50: no drive has this drive_id; there is 1, 5"));
+  EXPECT_THAT(refusal(two, {"drive[5].drive.period=50"}), HasSubstr("drive.period"));
+}
+
+TEST(DrivesConfig, AFileOfOneDriveTakesItsIdToo) {
+  EXPECT_EQ(
+      load_drives_config(shipped_ecu, {"drive[1].drive.period_us=50"}).drives.front().drive.drive.period_ns,
+      50'000);
+  EXPECT_EQ(load_drives_config(shipped_ecu, {"drive_id=3", "drive[3].drive.period_us=50"})
+                .drives.front()
+                .drive.drive.period_ns,
+            50'000);
+  EXPECT_THROW((void)load_drives_config(shipped_ecu, {"drive[2].drive.period_us=50"}), ConfigError);
 }
 
 TEST(DrivesConfig, TheShippedFourLoad) {

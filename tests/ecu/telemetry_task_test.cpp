@@ -266,7 +266,7 @@ TEST(TelemetryTask, LogsOnceThatTheHousekeepingThreadHasStopped) {
   TelemetrySender sender;
   shared.housekeeping_polls.store(1);
   int logged = 0;
-  TelemetryTask telemetry{{}, sender, shared, [](std::int64_t) {}, [&](const std::string&) { ++logged; }};
+  TelemetryTask telemetry{{}, sender, shared, [&](const std::string&) { ++logged; }};
   telemetry.start(0, {});
   constexpr int timeout = ThreadWatch::timeout_ms / TelemetryTask::poll_every_ms;
   for (int poll = 0; poll < 3 * timeout; ++poll) telemetry.poll(0);
@@ -282,11 +282,7 @@ TEST(TelemetryTask, ARampToZeroAndAFaultAreToldAndLoggedOnce) {
   auto [own, other] = MessageSocket::pair();
   sender.connect(std::move(own));
   std::vector<std::string> logged;
-  TelemetryTask task{{},
-                     sender,
-                     shared,
-                     [](std::int64_t) {},
-                     [&](const std::string& sentence) { logged.push_back(sentence); }};
+  TelemetryTask task{{}, sender, shared, [&](const std::string& sentence) { logged.push_back(sentence); }};
   Telemetry<double> record;
   record.t_ns = 1'000 * ms;
   record.state = DriveState::torque;

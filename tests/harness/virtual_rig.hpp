@@ -69,7 +69,7 @@ class VirtualRig {
         io{stage_.io(), p.measurements},
         bus{clock, p.bus},
         unit_{ecu_config(p), io, bus},
-        replay{p.log, bus, p.identifier_offset},
+        replay{p.log, bus, {p.identifier_offset}},
         vehicle{p.vehicle, clock, bus, [this](std::int64_t) { return torque; }, p.vehicle_duration_ns},
         recorder{40, {.period = [this](const Telemetry<double>& t) { see(t); }}},
         ecu_{{{.unit = unit_, .recorder = recorder, .late_wakes = LateWakes{p.late_wakes}}}, clock, bus} {

@@ -22,6 +22,8 @@ from sextant_py.contract import Contract
 from sextant_py.paths import LOOPBACK, ROOT
 from wrong_declarations import every
 
+ONE = ROOT / "configs" / "ecu.toml"
+FOUR = ROOT / "configs" / "ecu_four.toml"
 STEP = 10  # processes of wrong readers
 AT_ONCE = 2
 PATIENCE_S = 120.0  # the machine may stand still for seconds; only a defect takes so long
@@ -39,10 +41,10 @@ def wait_for(condition: Callable[[], Any], what: str) -> Any:
 class LiveDrive:
     """sextant-ecu, what it says on the bus, and a reader of its telemetry that knows the contract."""
 
-    def __init__(self, address: str, domain: int, folder: Path, stack: ExitStack) -> None:
+    def __init__(self, address: str, domain: int, folder: Path, stack: ExitStack, file: Path = ONE) -> None:
         self.domain = domain
         settings = (f"dds.domain={domain}", "plant.integrator=fixed", "dds.statistics_rate_hz=10")
-        command = [program("sextant-ecu"), ROOT / "configs" / "ecu.toml", "--can", address, *overrides(settings)]
+        command = [program("sextant-ecu"), file, "--can", address, *overrides(settings)]
         self.process = stack.enter_context(ProgramProcess(command, folder / "drive", env=ENVIRONMENT))
         self._contract = Contract()
         self._bus = bus.open_bus(bus.parse(address))
@@ -99,11 +101,12 @@ class LiveDrive:
         return self._drive().statistics
 
     def publisher(self) -> int | None:
-        """The process that publishes now."""
+        """The process that publishes now, of which there is one."""
         found = subprocess.run(
             ["pgrep", "-P", str(self.process.pid), "-x", "sextant-telemet"], capture_output=True, text=True
         )
-        return int(found.stdout.split()[0]) if found.stdout else None
+        (publisher,) = found.stdout.split() or (None,)
+        return int(publisher) if publisher else None
 
     def leave(self) -> str:
         """Ends it as a user would; the report."""
@@ -218,6 +221,33 @@ def test_a_drive_whose_process_is_stopped_leaves(drive: LiveDrive) -> None:
     report = drive.leave()
     assert "did not end and was killed" in report or "is killed" in report, report
     assert drive.publisher() is None
+
+
+def test_one_process_publishes_several_drives_and_is_replaced_for_all(
+    bus_address: str, domain: int, tmp_path: Path
+) -> None:
+    with ExitStack() as stack:
+        drives = LiveDrive(bus_address, domain, tmp_path, stack, FOUR)
+
+        def newest() -> dict[int, int]:
+            drives.telemetry.poll()
+            return {
+                number: drive.telemetry.t_ns for number, drive in drives.telemetry.drives.items() if drive.telemetry
+            }
+
+        def all_are_newer(than: dict[int, int]) -> bool:
+            now = newest()
+            return all(now.get(number, 0) > than.get(number, 0) for number in (1, 2, 3, 4))
+
+        wait_for(lambda: all_are_newer({}), "DriveTelemetry of four drives")
+        first = drives.publisher()
+        os.kill(first, signal.SIGKILL)
+        assert wait_for(lambda: (now := drives.publisher()) != first and now, "another sextant-telemetry")
+        before = newest()
+        wait_for(lambda: all_are_newer(before), "DriveTelemetry of four drives again")
+        report = drives.leave()
+    assert report.count("sextant-telemetry was restarted 1 times") == 1, report
+    assert len(re.findall(r"^telemetry [1-9]\d* published", report, re.MULTILINE)) == 4, report
 
 
 def test_the_process_leaves_when_its_drive_is_gone(drive: LiveDrive) -> None:

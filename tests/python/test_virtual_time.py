@@ -63,9 +63,6 @@ def test_several_drives_of_one_file_play_the_same_each_with_its_files(tmp_path: 
     telemetry = re.findall(r"telemetry (\w{16})", found.stdout)
     assert len(telemetry) == 4 and len(set(telemetry)) == 1, "the same drive four times, each with its own identifiers"
     assert sorted(path.name for path in tmp_path.iterdir()) == [f"run_{number}.csv" for number in range(1, 5)]
-    refused = launch(ROOT / "configs" / "ecu_four.toml", *wanted[:3], "--set-at", "0.1:protection.over_current_a=80")
-    assert refused.returncode == 2
-    assert "--set-at is for one drive; the configuration has 4" in refused.stderr
 
 
 def digest(report: str) -> str:

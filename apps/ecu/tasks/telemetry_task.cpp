@@ -134,7 +134,6 @@ void TelemetryTask::poll(std::int64_t now_ns) {
   drain_telemetry();
   drain_wakes();
   publish_timeout(now_ns);
-  poll_publisher_(now_ns);
   shared_.telemetry_polls.fetch_add(1, std::memory_order_relaxed);
   watch_housekeeping();
 }

@@ -34,17 +34,14 @@ class TelemetryTask {
     SchedulingPolicy policy{SchedulingPolicy::fifo};
   };
 
-  /// `poll_publisher` is called at every poll with the time [ns], for the publishing process; `log` with a
-  /// sentence where the drive goes to FAULT, where its torque begins to ramp to zero, and where the
-  /// housekeeping thread stops.
+  /// `log` is called with a sentence where the drive goes to FAULT, where its torque begins to ramp to zero,
+  /// and where the housekeeping thread stops.
   TelemetryTask(
       const Parameters& parameters, TelemetrySender& sender, SharedState& shared,
-      std::function<void(std::int64_t)> poll_publisher = [](std::int64_t) {},
       std::function<void(const std::string&)> log = [](const std::string&) {})
       : parameters_{parameters},
         sender_{sender},
         shared_{shared},
-        poll_publisher_{std::move(poll_publisher)},
         log_{std::move(log)},
         waveform_{parameters.period_ns},
         timing_{parameters.timing},
@@ -74,7 +71,6 @@ class TelemetryTask {
   Parameters parameters_;
   TelemetrySender& sender_;
   SharedState& shared_;
-  std::function<void(std::int64_t)> poll_publisher_;
   std::function<void(const std::string&)> log_;
   bool real_time_scheduling_{false};
   bool memory_locked_{false};

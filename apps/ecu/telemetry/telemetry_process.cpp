@@ -5,13 +5,11 @@
 #include <cerrno>
 #include <chrono>
 #include <csignal>
-#include <cstddef>
+#include <cstdint>
 #include <cstring>
 #include <filesystem>
-#include <optional>
 #include <span>
 #include <stdexcept>
-#include <string_view>
 #include <system_error>
 #include <thread>
 #include <utility>
@@ -29,6 +27,9 @@
 namespace sextant::ecu {
 namespace {
 
+/// Time in which a restarted process finds the readers that there are [ns].
+constexpr std::int64_t rediscovery_ns = 1'000'000'000;
+
 /// The publisher beside the running program; where there is none, the first on PATH.
 std::string default_program() {
   const std::string name = "sextant-telemetry";
@@ -40,12 +41,15 @@ std::string default_program() {
 /// Files, signals and scheduling of the new process. Memory locks end with the exec.
 class SpawnSettings {
  public:
-  explicit SpawnSettings(int descriptor) {
+  /// The descriptors become those from telemetry_process_descriptor on; none of them is one of those.
+  explicit SpawnSettings(std::span<const MessageSocket> sockets) {
     posix_spawn_file_actions_init(&files_);
     posix_spawn_file_actions_addopen(&files_, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
     posix_spawn_file_actions_addopen(&files_, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
-    posix_spawn_file_actions_adddup2(&files_, descriptor, telemetry_process_descriptor);
-    posix_spawn_file_actions_addclosefrom_np(&files_, telemetry_process_descriptor + 1);
+    int next = telemetry_process_descriptor;
+    for (const MessageSocket& socket : sockets)
+      posix_spawn_file_actions_adddup2(&files_, socket.fd(), next++);
+    posix_spawn_file_actions_addclosefrom_np(&files_, next);
     posix_spawnattr_init(&attributes_);
     // A signal to the whole process group, as from a terminal, must not end the publisher before it has
     // published the drive's last state: it ends after the drive.
@@ -79,16 +83,25 @@ class SpawnSettings {
   posix_spawnattr_t attributes_{};
 };
 
-std::vector<std::byte> start_message(const TelemetryProcess::Parameters& parameters, bool type_information) {
-  StartMessage head{.domain_id = parameters.domain_id,
-                    .drive_id = parameters.drive_id,
-                    .configuration_bytes = std::uint32_t(parameters.configuration.size()),
-                    .type_information = type_information};
-  const std::string texts = parameters.configuration + parameters.configuration_source;
-  std::vector<std::byte> message(sizeof head + texts.size());
-  std::memcpy(message.data(), &head, sizeof head);
-  std::memcpy(message.data() + sizeof head, texts.data(), texts.size());
-  return message;
+/// Copies of the publisher's ends above the descriptors that they get in its process.
+std::vector<MessageSocket> copies_of(const std::vector<TelemetryConnection>& drives) {
+  const int above = telemetry_process_descriptor + int(drives.size());
+  std::vector<MessageSocket> copies;
+  copies.reserve(drives.size());
+  for (const TelemetryConnection& drive : drives) {
+    const int copy = fcntl(drive.descriptor(), F_DUPFD_CLOEXEC, above);
+    if (copy < 0)
+      throw std::system_error(errno, std::system_category(), "a socket for the telemetry cannot be opened");
+    copies.emplace_back(copy);
+  }
+  return copies;
+}
+
+std::string ids_of(const std::vector<TelemetryConnection>& drives) {
+  std::string ids;
+  for (const TelemetryConnection& drive : drives)
+    ids += (ids.empty() ? "" : ",") + std::to_string(drive.drive_id());
+  return ids;
 }
 
 bool crashed(int status) {
@@ -105,7 +118,8 @@ std::string describe_end(int status) {
 
 }  // namespace
 
-TelemetryProcess::TelemetryProcess(const Parameters& parameters) : parameters_{parameters} {
+TelemetryProcess::TelemetryProcess(const Parameters& parameters, std::vector<TelemetryConnection> drives)
+    : parameters_{parameters}, drives_{std::move(drives)} {
   if (parameters_.program.empty()) parameters_.program = default_program();
   start();
   try {
@@ -121,24 +135,29 @@ TelemetryProcess::~TelemetryProcess() {
 }
 
 void TelemetryProcess::start() {
-  auto [own, its] = MessageSocket::pair();
-  pid_ = spawn(its.fd());
-  its_end_ = std::move(its);
+  each([](TelemetryConnection& drive) { drive.open(); });
+  try {
+    pid_ = spawn();
+  } catch (...) {
+    each([](TelemetryConnection& drive) { drive.close(); });
+    throw;
+  }
   watch_.start();
-  ready_ = false;
   killed_ = false;
-  refusal_.clear();
-  counts_ = {};
   started_ns_ = now_ns();
-  (void)own.send(start_message(parameters_, type_information_));
-  sender_.connect(std::move(own));
+  const StartMessage head{.domain_id = parameters_.domain_id,
+                          .configuration_bytes = std::uint32_t(parameters_.configuration.size()),
+                          .type_information = type_information_};
+  const std::string texts = parameters_.configuration + parameters_.configuration_source;
+  each([&](TelemetryConnection& drive) { drive.send_start(head, texts); });
 }
 
-pid_t TelemetryProcess::spawn(int descriptor) const {
-  const SpawnSettings settings{descriptor};
+pid_t TelemetryProcess::spawn() const {
+  const std::vector<MessageSocket> sockets = copies_of(drives_);
+  const SpawnSettings settings{sockets};
   std::string name = std::filesystem::path{parameters_.program}.filename().string();
-  std::string drive = fmt::format("--drive={}", parameters_.drive_id);
-  const std::array<char*, 3> arguments{name.data(), drive.data(), nullptr};
+  std::string ids = "--drives=" + ids_of(drives_);
+  const std::array<char*, 3> arguments{name.data(), ids.data(), nullptr};
   pid_t pid = 0;
   // It shares the memory until the exec; after a fork every page of the control thread would fault.
   const int error = posix_spawnp(&pid, parameters_.program.c_str(), settings.files(), settings.attributes(),
@@ -153,35 +172,33 @@ pid_t TelemetryProcess::spawn(int descriptor) const {
 void TelemetryProcess::wait_until_ready() {
   const std::int64_t end_ns = now_ns() + std::int64_t{ready_within_ms} * 1'000'000;
   bool ended = false;
-  while (!ended && !ready_ && refusal_.empty() && now_ns() < end_ns) {
-    (void)sender_.socket().wait(std::chrono::milliseconds{100});
+  while (!ended && !is_ready() && refusal().empty() && now_ns() < end_ns) {
+    drives_.front().wait();
     ended = reaped();  // before its last messages are received
     receive_messages();
   }
-  if (ready_) return;
-  if (!refusal_.empty()) throw std::runtime_error(refusal_);
+  if (is_ready()) return;
+  if (const std::string why = refusal(); !why.empty()) throw std::runtime_error(why);
   throw std::runtime_error(fmt::format("{} {} before DDS had started", parameters_.program,
                                        pid_ == 0 ? "ended " + describe_end(status_) : "sent no message"));
 }
 
-void TelemetryProcess::receive_messages() {
-  std::array<std::byte, 4096> buffer{};
-  while (const auto message = sender_.socket().receive(buffer)) {
-    if (message->empty()) return;
-    watch_.heard();
-    handle(*message);
-  }
+bool TelemetryProcess::is_ready() const noexcept {
+  return std::ranges::all_of(drives_, [](const TelemetryConnection& drive) { return drive.is_ready(); });
 }
 
-void TelemetryProcess::handle(std::span<const std::byte> message) {
-  const auto kind = kind_of(message);
-  if (kind == TelemetryMessageKind::ready) ready_ = true;
-  if (kind == TelemetryMessageKind::refused) refusal_ = text_after<AnswerMessage>(message);
-  if (kind == TelemetryMessageKind::counts) {
-    counts_ = content_of<CountsMessage>(message).value_or(counts_);
-    const bool is_read = counts_.waveform_readers > 0;
-    if (is_read || now_ns() - started_ns_ > rediscovery_ns) sender_.set_waveform_is_read(is_read);
+std::string TelemetryProcess::refusal() const {
+  for (const TelemetryConnection& drive : drives_) {
+    if (!drive.refusal().empty()) return drive.refusal();
   }
+  return {};
+}
+
+void TelemetryProcess::receive_messages() {
+  const bool is_discovering = now_ns() - started_ns_ <= rediscovery_ns;
+  each([&](TelemetryConnection& drive) {
+    if (drive.receive(is_discovering)) watch_.heard();
+  });
 }
 
 bool TelemetryProcess::reaped() {
@@ -194,15 +211,15 @@ void TelemetryProcess::poll(std::int64_t now_ns) {
     if (now_ns >= restart_ns_) restart(now_ns);
     return;
   }
-  const bool was_ready = ready_;
+  const bool was_ready = is_ready();
   const bool ended = reaped();  // before its last messages are received
   receive_messages();
-  if (ready_ && !was_ready) {
+  if (is_ready() && !was_ready) {
     spdlog::info("telemetry: {} publishes again{}", parameters_.program,
                  type_information_ ? "" : ", without type information");
   }
   if (ended) return schedule_restart(now_ns);
-  sender_.send_kept();
+  each([](TelemetryConnection& drive) { drive.send_kept(); });
   if (watch_.step(now_ns) && !killed_) kill_stopped();
 }
 
@@ -213,26 +230,15 @@ void TelemetryProcess::kill_stopped() {
   killed_ = true;
 }
 
-void TelemetryProcess::close_connection() {
-  std::array<std::byte, sizeof(WaveformMessage)> buffer{};
-  while (const auto message = its_end_.receive(buffer)) {
-    if (message->empty()) break;
-    sender_.count_lost(*message);
-  }
-  sender_.disconnect();
-  const MessageSocket closed = std::move(its_end_);
-}
-
 void TelemetryProcess::schedule_restart(std::int64_t now_ns) {
-  close_connection();
-  earlier_ = counts();
-  counts_ = {};
+  each([](TelemetryConnection& drive) { drive.close(); });
   if (crashed(status_)) type_information_ = false;
   const std::int64_t delay_ns = now_ns - started_ns_ > healthy_ns ? first_delay_ns : delay_ns_;
   delay_ns_ = std::min(2 * delay_ns, last_delay_ns);
   restart_ns_ = now_ns + delay_ns;
+  const std::string why = refusal();
   spdlog::error("telemetry: {} ended {}{}; the drive runs on, DDS is started again in {} ms",
-                parameters_.program, describe_end(status_), refusal_.empty() ? "" : " (" + refusal_ + ")",
+                parameters_.program, describe_end(status_), why.empty() ? "" : " (" + why + ")",
                 delay_ns / 1'000'000);
 }
 
@@ -248,8 +254,10 @@ void TelemetryProcess::restart(std::int64_t now_ns) {
 
 void TelemetryProcess::leave() {
   if (pid_ == 0) return;
-  sender_.send_kept();
-  sender_.socket().finish();
+  each([](TelemetryConnection& drive) {
+    drive.send_kept();
+    drive.finish();
+  });
   const std::int64_t end_ns = now_ns() + std::int64_t{left_within_ms} * 1'000'000;
   while (!reaped() && now_ns() < end_ns) {
     std::this_thread::sleep_for(std::chrono::milliseconds{1});
@@ -262,16 +270,7 @@ void TelemetryProcess::leave() {
     (void)waitpid(pid_, &status_, 0);
     pid_ = 0;
   }
-  close_connection();
-}
-
-CountsMessage TelemetryProcess::counts() const noexcept {
-  CountsMessage sum = counts_;
-  sum.written += earlier_.written;
-  sum.refused += earlier_.refused;
-  sum.failed += earlier_.failed;
-  sum.incompatible_readers += earlier_.incompatible_readers;
-  return sum;
+  each([](TelemetryConnection& drive) { drive.close(); });
 }
 
 }  // namespace sextant::ecu

@@ -1,12 +1,18 @@
 #include "ecu/virtual_time/scenario_run.hpp"
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <cstdio>
+#include <deque>
 #include <exception>
 #include <optional>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 #include "common/exit_status.hpp"
+#include "common/outcome.hpp"
 #include "common/program.hpp"
 #include "ecu/unit/power_stage.hpp"
 #include "reports/interruption.hpp"
@@ -20,11 +26,11 @@
 namespace sextant::ecu {
 namespace {
 
-/// What is played, and by which drive.
+/// What is played, and by which drives.
 struct Played {
   ScenarioConfig scenario{};
-  EcuConfig config{};
-  std::string configuration{};  ///< in force, as JSON
+  DrivesConfig config{};
+  std::vector<std::string> configurations{};  ///< in force, as JSON, of each drive
 };
 
 /// Throws where a plant in another process, which evaluates the scenario by itself, leaves options without a
@@ -45,6 +51,30 @@ void require_observed_plant(const EcuConfig& config, const ScenarioRunOptions& o
                            "\" evaluates no scenario; play a --profile, or take the simulated plant"};
 }
 
+/// Time zero of a scenario on the clock of a drive. [ns]
+std::int64_t begin_ns(const EcuConfig& drive) {
+  return ObservedPowerStage::begin_ns(drive.drive.drive.period_ns);
+}
+
+/// Throws where a drive of the configuration cannot play a scenario.
+void require_playable(const DrivesConfig& config, const ScenarioRunOptions& options) {
+  const auto is_here = [](const EcuConfig& drive) { return drive.power_stage == PowerStageKind::simulated; };
+  for (const EcuConfig& drive : config.drives) {
+    require_observed_plant(drive, options);
+    require_waiting_plant(drive);
+    if (!is_here(drive)) require_no_reports(options);
+    if (begin_ns(drive) != begin_ns(config.drives.front())) {
+      throw std::runtime_error{options.config +
+                               ": a scenario begins with a control period of each drive: give the drives one "
+                               "drive.period_us"};
+    }
+    if (is_here(drive) == is_here(config.drives.front())) continue;
+    throw std::runtime_error{options.config +
+                             ": of the drives that play a scenario some have their plant in this process and "
+                             "some in another one: give all the same power_stage"};
+  }
+}
+
 Played read(const ScenarioRunOptions& options) {
   const bool is_own = options.config.empty();
   if (!options.run.log.empty())
@@ -58,20 +88,20 @@ Played read(const ScenarioRunOptions& options) {
                              ": an event-exact run has no drive for virtual time: run it with sextant-mil"};
   if (is_own) {
     // Each wake-up runs one period: the scenario has no key for it.
-    played.config.realtime.wake_every_periods = 1;
-    played.config.drive = played.scenario.drive;
-    played.configuration = config_json(played.scenario);
+    EcuConfig drive;
+    drive.realtime.wake_every_periods = 1;
+    drive.drive = played.scenario.drive;
+    played.config.drives = {drive};
+    played.configurations = {config_json(played.scenario)};
     return played;
   }
   if (played.scenario.cycle.drives_vehicle())
     throw std::runtime_error{options.scenario +
                              ": the vehicle of the cycle belongs to the scenario's own drive: leave " +
                              options.config + " out"};
-  played.config = load_ecu_config(options.config, options.overrides, options.own);
-  require_observed_plant(played.config, options);
-  require_waiting_plant(played.config);
-  if (played.config.power_stage != PowerStageKind::simulated) require_no_reports(options);
-  played.configuration = config_json(played.config);
+  played.config = load_drives_config(options.config, options.overrides, options.own);
+  require_playable(played.config, options);
+  for (const EcuConfig& drive : played.config.drives) played.configurations.push_back(config_json(drive));
   return played;
 }
 
@@ -84,67 +114,148 @@ Played read_reported(const std::string& program, const ScenarioRunOptions& optio
   }
 }
 
-/// Observed in this process.
-int run_here(const std::string& program, const ScenarioRunOptions& options, const Played& played) {
-  const Scenario& scenario = played.scenario.scenario;
-  const DriveConfig& drive = played.config.drive;
-  const std::int32_t period_ns = drive.drive.period_ns;
-  reports::RunReports reports{options.reports, {scenario.name}, program};
-  const reports::Interruption interruption;
-  const auto simulate = [&](TraceRecorder* trace) {
-    ObservedPowerStage stage{scenario, drive.plant};
-    VirtualRun run{{.drives = {played.config}},
-                   options.run,
-                   {&stage.io()},
-                   [&]() -> std::string {
-                     return stage.has_ended() || interruption.signal() != 0 ? "the run is over" : "";
-                   },
-                   VirtualScenario{.name = scenario.name,
-                                   .begin_ns = ObservedPowerStage::begin_ns(period_ns),
-                                   .duration_ns = scenario.duration_ns,
-                                   .torque = [&](std::int64_t t_ns) { return stage.torque(t_ns); },
-                                   .observer = [&](const Telemetry<double>& t) { stage.period(t); }}};
-    stage.start(&run.controller(), trace);
-    run.run();
-    run.print_report(stdout);
-    return stage.result();
-  };
-  const TraceOrigin trace{scenario.name, period_ns, drive.method().channels()};
-  const Verdict verdict =
-      reports::ReportedRun{.program = program,
-                           .scenario = scenario,
-                           .plant = drive.plant,
-                           .configuration = played.configuration,
-                           .out = options.out,
-                           .trace = options.no_trace ? std::nullopt : std::optional{trace},
-                           .is_expectation_required = options.reports.require_expectations,
-                           .simulate = simulate}
-          .run(reports);
-  if (interruption.signal() != 0) return interruption.status();
-  return exit_status(verdict, options.reports.require_expectations);
+/// The scenario of each drive, which has the drive's id in its name where there are several.
+std::vector<Scenario> scenarios_of(const Played& played) {
+  std::vector<Scenario> scenarios;
+  for (const EcuConfig& drive : played.config.drives) {
+    Scenario& own = scenarios.emplace_back(played.scenario.scenario);
+    if (played.config.drives.size() > 1) own.name += "_" + std::to_string(drive.drive_id);
+  }
+  return scenarios;
 }
 
-/// Observed by a plant in lockstep.
+/// The drives of a scenario whose plants are in this process: one run, in which each drive is observed,
+/// evaluated and reported.
+class ObservedRun {
+ public:
+  ObservedRun(const std::string& program, const ScenarioRunOptions& options, const Played& played)
+      : options_{options},
+        config_{played.config},
+        scenarios_{scenarios_of(played)},
+        files_{options.reports, names(), program},
+        traces_(scenarios_.size()),
+        outcomes_(scenarios_.size()) {
+    for (std::size_t k = 0; k < scenarios_.size(); ++k) runs_.push_back(reported(program, played, k));
+  }
+
+  /// Exit status.
+  int run() {
+    outcomes_.front() = outcome_of([this] { return runs_.front().result(); });
+    Verdict first = Verdict::pass;  // in the order of the verdicts
+    std::exception_ptr problem;
+    for (std::size_t k = 0; k < runs_.size(); ++k) {
+      try {
+        first = std::min(first, runs_[k].report(outcomes_[k], files_));
+      } catch (...) {
+        if (!problem) problem = std::current_exception();
+      }
+    }
+    if (problem) std::rethrow_exception(problem);
+    if (interruption_.signal() != 0) return interruption_.status();
+    return exit_status(first, options_.reports.require_expectations);
+  }
+
+ private:
+  [[nodiscard]] std::vector<std::string> names() const {
+    std::vector<std::string> names;
+    for (const Scenario& scenario : scenarios_) names.push_back(scenario.name);
+    return names;
+  }
+
+  [[nodiscard]] reports::ReportedRun reported(const std::string& program, const Played& played,
+                                              std::size_t k) {
+    const DriveConfig& drive = config_.drives[k].drive;
+    const bool has_own_directory = !options_.out.empty() && scenarios_.size() > 1;
+    const TraceOrigin trace{scenarios_[k].name, drive.drive.period_ns, drive.method().channels()};
+    return {.program = program,
+            .scenario = scenarios_[k],
+            .plant = drive.plant,
+            .configuration = played.configurations[k],
+            .out = has_own_directory ? options_.out / scenarios_[k].name : options_.out,
+            .trace = options_.no_trace ? std::nullopt : std::optional{trace},
+            .is_expectation_required = options_.reports.require_expectations,
+            .simulate = [this, k](TraceRecorder* recorder) { return result_of(k, recorder); }};
+  }
+
+  /// The drives run at once: each has its trace open when the last one starts the run.
+  MilResult result_of(std::size_t k, TraceRecorder* trace) {
+    traces_[k] = trace;
+    const std::size_t next = k + 1;
+    if (next < runs_.size()) {
+      outcomes_[next] = outcome_of([this, next] { return runs_[next].result(); });
+      if (outcomes_[next].problem) std::rethrow_exception(outcomes_[next].problem);
+    } else {
+      play();
+    }
+    return stages_[k].result();
+  }
+
+  void play() {
+    std::vector<DriveIo<double>*> ends;
+    for (std::size_t k = 0; k < scenarios_.size(); ++k)
+      ends.push_back(&stages_.emplace_back(scenarios_[k], config_.drives[k].drive.plant).io());
+    const Scenario& scenario = scenarios_.front();
+    run_.emplace(
+        config_, options_.run, ends, [this] { return end(); },
+        VirtualScenario{
+            .name = scenario.name,
+            .begin_ns = begin_ns(config_.drives.front()),
+            .duration_ns = scenario.duration_ns,
+            .torque = [this](std::size_t k, std::int64_t t_ns) { return stages_[k].torque(t_ns); },
+            .observer = [this](std::size_t k, const Telemetry<double>& t) { stages_[k].period(t); }});
+    for (std::size_t k = 0; k < stages_.size(); ++k) stages_[k].start(&run_->controller(k), traces_[k]);
+    run_->run();
+    run_->print_report(stdout);
+  }
+
+  /// Why the run need not go on; empty while it must.
+  [[nodiscard]] std::string end() const {
+    const bool is_over =
+        std::ranges::all_of(stages_, [](const ObservedPowerStage& stage) { return stage.has_ended(); });
+    return is_over || interruption_.signal() != 0 ? "the run is over" : "";
+  }
+
+  const ScenarioRunOptions& options_;
+  const DrivesConfig& config_;
+  std::vector<Scenario> scenarios_;
+  reports::RunReports files_;
+  reports::Interruption interruption_{};
+  std::vector<reports::ReportedRun> runs_{};
+  std::vector<TraceRecorder*> traces_;
+  std::vector<Outcome<RunSummary>> outcomes_;
+  std::deque<ObservedPowerStage> stages_{};  // each stays where it is
+  std::optional<VirtualRun> run_{};
+};
+
+/// Observed by the plants in lockstep, one for each drive.
 int run_in_lockstep(const std::string& program, const ScenarioRunOptions& options, const Played& played) {
   const Scenario& scenario = played.scenario.scenario;
-  const std::int64_t begin_ns = ObservedPowerStage::begin_ns(played.config.drive.drive.period_ns);
+  const std::int64_t begin = begin_ns(played.config.drives.front());
   const std::uint32_t mark = scenario_mark(scenario);
-  ScenarioCommands commands{scenario};
-  PowerStage stage{played.config};
+  std::deque<ScenarioCommands> commands;
+  std::deque<PowerStage> stages;
+  std::vector<DriveIo<double>*> ends;
+  for (const EcuConfig& drive : played.config.drives) {
+    commands.emplace_back(scenario);
+    ends.push_back(&stages.emplace_back(drive).io());
+  }
+  const auto problem = [&stages] {
+    for (const PowerStage& stage : stages) {
+      if (std::string found = stage.problem(); !found.empty()) return found;
+    }
+    return std::string{};
+  };
   VirtualRun run{
-      {.drives = {played.config}},
-      options.run,
-      {&stage.io()},
-      [&] { return stage.problem(); },
-      VirtualScenario{.name = scenario.name,
-                      .begin_ns = begin_ns,
-                      .duration_ns = scenario.duration_ns,
-                      .torque = [&](std::int64_t t_ns) { return commands.reference(t_ns - begin_ns); },
-                      .observer = [&](const Telemetry<double>& t) { stage.report(t, begin_ns, mark); }}};
+      played.config, options.run, ends, problem,
+      VirtualScenario{
+          .name = scenario.name,
+          .begin_ns = begin,
+          .duration_ns = scenario.duration_ns,
+          .torque = [&](std::size_t k, std::int64_t t_ns) { return commands[k].reference(t_ns - begin); },
+          .observer = [&](std::size_t k, const Telemetry<double>& t) { stages[k].report(t, begin, mark); }}};
   run.run();
   run.print_report(stdout);
-  if (const std::string problem = stage.problem(); !problem.empty())
-    return status_after(program.c_str(), problem);
+  if (const std::string found = problem(); !found.empty()) return status_after(program.c_str(), found);
   if (const std::string reason = run.reason(); !reason.empty())
     std::fprintf(stderr, "%s: %s\n", program.c_str(), reason.c_str());
   return exit_status(run.verdict());
@@ -161,9 +272,9 @@ void report_not_started(const std::string& program, const ScenarioRunOptions& op
 
 int run_scenario(const std::string& program, const ScenarioRunOptions& options) {
   const Played played = read_reported(program, options);
-  switch (played.config.power_stage) {
+  switch (played.config.drives.front().power_stage) {
     case PowerStageKind::simulated:
-      return run_here(program, options, played);
+      return ObservedRun{program, options, played}.run();
     case PowerStageKind::shared_memory:
     case PowerStageKind::udp:
     case PowerStageKind::own:  // refused

@@ -1,11 +1,8 @@
 #include "ecu/virtual_time/timed_changes.hpp"
 
-#include <charconv>
-#include <cmath>
 #include <exception>
 #include <map>
 #include <stdexcept>
-#include <system_error>
 #include <utility>
 
 #include <fmt/format.h>
@@ -13,28 +10,20 @@
 #include "common/request_text.hpp"
 
 namespace sextant::ecu {
-namespace {
 
-[[noreturn]] void refuse(std::int64_t t_ns, const std::string& why) {
-  throw std::runtime_error{fmt::format("--set-at {:g}: {}", double(t_ns) * 1e-9, why)};
-}
-
-}  // namespace
-
-TimedChanges::TimedChanges(const std::vector<std::string>& at, ParameterChanges& changes,
-                           const VirtualClock& clock)
-    : changes_{changes}, clock_{clock} {
+TimedChanges::TimedChanges(const std::vector<TimedOverride>& at, ParameterChanges& changes,
+                           const VirtualClock& clock, std::string prefix)
+    : changes_{changes}, clock_{clock}, prefix_{std::move(prefix)} {
   std::map<std::int64_t, std::vector<std::string>> by_time;
-  for (const std::string& text : at) {
-    double t_s = -1;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), t_s);
-    if (error != std::errc{} || end == text.data() + text.size() || *end != ':' || !(t_s >= 0 && t_s < 1e9))
-      throw std::runtime_error{
-          fmt::format("--set-at: expected TIME:KEY=VALUE with a time in seconds, got \"{}\"", text)};
-    by_time[std::llround(t_s * 1e9)].emplace_back(end + 1);
+  for (const TimedOverride& change : at) {
+    if (change.given.counts_for(changes.config().drive_id)) by_time[change.t_ns].push_back(change.given.text);
   }
   for (auto& [t_ns, overrides] : by_time) sets_.push_back({t_ns, std::move(overrides)});
   due_ns_ = sets_.empty() ? never_ns : sets_.front().t_ns;
+}
+
+void TimedChanges::refuse(std::int64_t t_ns, const std::string& why) const {
+  throw std::runtime_error{fmt::format("--set-at {:g}: {}{}", double(t_ns) * 1e-9, prefix_, why)};
 }
 
 VirtualParty TimedChanges::party() {
@@ -72,7 +61,7 @@ void TimedChanges::look(const Set& set) {
   if (outcome == ParameterChanges::Outcome::refused) refuse(set.t_ns, not_at_rest(changes_.changes()));
   waits_ = outcome == ParameterChanges::Outcome::waits;
   if (!waits_) {
-    report_.push_back(fmt::format("parameters {} at {:g} s: {}", changes_.number(),
+    report_.push_back(fmt::format("{}parameters {} at {:g} s: {}", prefix_, changes_.number(),
                                   double(offered_ns_) * 1e-9, to_string(changes_.changes())));
   }
 }

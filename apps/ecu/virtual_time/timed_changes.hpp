@@ -6,17 +6,19 @@
 #include <vector>
 
 #include "ecu/parameters/parameter_changes.hpp"
+#include "ecu/virtual_time/timed_override.hpp"
 #include "sextant/harness/virtual_clock.hpp"
 #include "sextant/harness/virtual_timeline.hpp"
 
 namespace sextant::ecu {
 
-/// Changes of parameters at instants of virtual time.
+/// Changes of a drive's parameters at instants of virtual time.
 class TimedChanges {
  public:
-  /// at: `TIME:KEY=VALUE`, TIME in seconds; those of one instant are one set. Clock and changes are not owned
-  /// and must outlive this object. Throws std::runtime_error with a sentence.
-  TimedChanges(const std::vector<std::string>& at, ParameterChanges& changes, const VirtualClock& clock);
+  /// Those of `at` that count for the drive; of one instant they are one set. Clock and changes are not owned
+  /// and must outlive this object. prefix: of its sentences, where there are several drives: "drive 2: ".
+  TimedChanges(const std::vector<TimedOverride>& at, ParameterChanges& changes, const VirtualClock& clock,
+               std::string prefix);
 
   /// Its part of the run, which throws std::runtime_error with a sentence where a set is refused.
   [[nodiscard]] VirtualParty party();
@@ -36,9 +38,11 @@ class TimedChanges {
   void act();
   void offer(const Set& set);
   void look(const Set& set);
+  [[noreturn]] void refuse(std::int64_t t_ns, const std::string& why) const;
 
   ParameterChanges& changes_;
   const VirtualClock& clock_;
+  std::string prefix_;
   std::vector<Set> sets_{};
   std::size_t next_{0};
   bool waits_{false};

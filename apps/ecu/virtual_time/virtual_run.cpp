@@ -92,15 +92,20 @@ std::vector<VirtualUnit::Parts> VirtualRun::parts(const std::vector<DriveIo<doub
     const EcuConfig& config = config_.drives.at(k);
     RunDrive& drive =
         drives_.emplace_back(config, *stages[k], bus_, config_.file_of(options_.record_cycles, k));
-    made.push_back({.unit = drive.unit(),
-                    .recorder = drive.recorder(),
-                    .observer = scenario_ ? scenario_->observer : nullptr});
+    VirtualUnit::Parts parts{.unit = drive.unit(), .recorder = drive.recorder()};
+    if (scenario_)
+      parts.observer = [this, k](const Telemetry<double>& telemetry) { scenario_->observer(k, telemetry); };
+    made.push_back(std::move(parts));
   }
   return made;
 }
 
-void VirtualRun::require_one_drive_for(const char* what) const {
-  if (drives_.size() > 1) refuse("{} is for one drive; the configuration has {}", what, drives_.size());
+void VirtualRun::set_up_log() {
+  std::vector<IdentifierOffset> offsets;
+  for (const EcuConfig& drive : config_.drives) offsets.push_back(drive.can.identifier_offset);
+  replay_.emplace(select_interface(read_candump(options_.log), options_.log_interface, options_.log), bus_,
+                  offsets);
+  timeline_.add(replay_->party());
 }
 
 void VirtualRun::set_up_sources() {
@@ -110,32 +115,38 @@ void VirtualRun::set_up_sources() {
     refuse("the run has no input and no end: name a recording, a --profile, a --scenario or a --duration");
   }
   timeline_.add(bus_.party());
-  if (!options_.log.empty()) {
-    require_one_drive_for("a recording");
-    replay_.emplace(select_interface(read_candump(options_.log), options_.log_interface, options_.log), bus_,
-                    config_.drives.front().can.identifier_offset);
-    timeline_.add(replay_->party());
-  }
+  if (!options_.log.empty()) set_up_log();
   if (options_.lockstep) {
     client_.emplace(std::cin, stdout, bus_, interface_name(config_.drives.front()));
     timeline_.add(client_->party());
   }
   if (!options_.profile.empty()) read_profile();
-  if (scenario_) require_one_drive_for("a scenario");
-  for (RunDrive& drive : drives_) {
-    if (!options_.profile.empty()) play_profile(drive);
-    if (scenario_) play(*scenario_, drive);
-    if (auto& vehicle = drive.vehicle()) timeline_.add(vehicle->party());
+  for (std::size_t k = 0; k < drives_.size(); ++k) {
+    if (!options_.profile.empty()) play_profile(drives_[k]);
+    if (scenario_) play(*scenario_, k);
+    if (auto& vehicle = drives_[k].vehicle()) timeline_.add(vehicle->party());
   }
   if (!options_.set_at.empty()) set_parameters();
   ecu_.join(timeline_);
 }
 
 void VirtualRun::set_parameters() {
-  require_one_drive_for("--set-at");
-  changes_.emplace(config_.drives.front(), options_.load, drives_.front().unit().shared());
-  timed_changes_.emplace(options_.set_at, *changes_, clock_);
-  timeline_.add(timed_changes_->party());
+  const std::vector<TimedOverride> at = timed_overrides(options_.set_at);
+  for (const TimedOverride& change : at) {
+    const bool is_there = std::ranges::any_of(config_.drives, [&change](const EcuConfig& drive) {
+      return change.given.counts_for(drive.drive_id);
+    });
+    if (!is_there) refuse("--set-at: no drive has drive_id {}", change.given.drive_id.value_or(0));
+  }
+  for (std::size_t k = 0; k < drives_.size(); ++k) {
+    ParameterChanges& changes = changes_.emplace_back(config_.drives[k], load_of(options_.load, k, config_),
+                                                      drives_[k].unit().shared());
+    timeline_.add(timed_changes_.emplace_back(at, changes, clock_, prefix(k)).party());
+  }
+}
+
+std::string VirtualRun::prefix(std::size_t k) const {
+  return drives_.size() == 1 ? std::string{} : fmt::format("drive {}: ", config_.drives[k].drive_id);
 }
 
 void VirtualRun::read_profile() {
@@ -152,14 +163,15 @@ void VirtualRun::play_profile(RunDrive& drive) {
 }
 
 /// The frames lie so that the first enable is sent at the scenario's time zero.
-void VirtualRun::play(const VirtualScenario& scenario, RunDrive& drive) {
+void VirtualRun::play(const VirtualScenario& scenario, std::size_t k) {
+  RunDrive& drive = drives_[k];
   profile_end_ns_ = scenario.duration_ns;
   VirtualVehicle::Parameters parameters{.enable_from_ns = scenario.begin_ns,
                                         .torque_limit = contract_ranges().torque_limit.highest,
                                         .identifier_offset = drive.unit().config().can.identifier_offset};
   parameters.first_ns = scenario.begin_ns % parameters.period_ns;
-  const auto torque = [this, &scenario, range = contract_ranges().torque_request](std::int64_t) {
-    const double wanted = scenario.torque(clock_.now_ns());
+  const auto torque = [this, k, &scenario, range = contract_ranges().torque_request](std::int64_t) {
+    const double wanted = scenario.torque(k, clock_.now_ns());
     if (!range.contains(wanted)) {
       refuse("{}: the torque is {:g} N·m at {:g} s; the contract's range is {:g} to {:g} N·m", scenario.name,
              wanted, double(clock_.now_ns() - scenario.begin_ns) * 1e-9, range.lowest, range.highest);
@@ -223,7 +235,9 @@ void VirtualRun::run() {
   if (!ecu_.stopped()) {
     refuse("the drive did not shut down within {} s of virtual time", double(limit_ns) * 1e-9);
   }
-  if (timed_changes_ && !drives_.front().end().latched.any()) timed_changes_->require_all();
+  for (std::size_t k = 0; k < timed_changes_.size(); ++k) {
+    if (!drives_[k].end().latched.any()) timed_changes_[k].require_all();
+  }
 }
 
 void VirtualRun::run_to_end() {
@@ -304,8 +318,8 @@ void VirtualRun::print_report(std::FILE* out) const {
     drives_[k].print_periods_and_commands(out, ecu_.drive(k).wakes());
   }
   print_can(out);
-  if (timed_changes_) {
-    for (const std::string& line : timed_changes_->report()) fmt::print(out, "{}\n", line);
+  for (const TimedChanges& changes : timed_changes_) {
+    for (const std::string& line : changes.report()) fmt::print(out, "{}\n", line);
   }
   for (const RunDrive& drive : drives_) {
     print_name(drive);

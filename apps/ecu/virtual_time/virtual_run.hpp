@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "ecu/parameters/load_drives.hpp"
 #include "ecu/parameters/parameter_changes.hpp"
 #include "ecu/virtual_time/lockstep_client.hpp"
 #include "ecu/virtual_time/run_drive.hpp"
@@ -34,21 +35,24 @@ struct VirtualRunOptions {
   std::string record_cycles{};              ///< recording of the control periods to write; empty: none
   std::optional<double> duration_s{};       ///< virtual time after which the drive is shut down [s]
   std::optional<std::uint64_t> bus_seed{};  ///< of a bus that misbehaves at random [-]
-  std::vector<std::string> set_at{};        ///< `TIME:KEY=VALUE` of keys to set while the drive runs
-  ParameterChanges::Load load{};            ///< the configuration with further overrides; for `set_at`
+  std::vector<std::string> set_at{};        ///< changes while the drives run, as of timed_overrides()
+  LoadDrives load{};                        ///< the configuration with further overrides; for `set_at`
 };
 
 /// Throws std::runtime_error with one sentence where the configured plant does not wait for the drive, as
 /// virtual time needs.
 void require_waiting_plant(const EcuConfig& config);
 
-/// A scenario that a vehicle plays, and who observes the run.
+/// A scenario that a vehicle plays to each drive, and who observes the run. `drive`: by the order of the
+/// configuration.
 struct VirtualScenario {
   std::string name{};
-  std::int64_t begin_ns{};                                   ///< its time zero on the virtual clock [ns]
-  std::int64_t duration_ns{};                                ///< [ns]
-  std::function<double(std::int64_t t_ns)> torque{};         ///< that the vehicle commands then [N·m]
-  std::function<void(const Telemetry<double>&)> observer{};  ///< as of VirtualUnit::Parts
+  std::int64_t begin_ns{};     ///< its time zero on the virtual clock [ns]
+  std::int64_t duration_ns{};  ///< [ns]
+  /// That the vehicle commands then. [N·m]
+  std::function<double(std::size_t drive, std::int64_t t_ns)> torque{};
+  /// As of VirtualUnit::Parts.
+  std::function<void(std::size_t drive, const Telemetry<double>&)> observer{};
 };
 
 /// The configured drives in virtual time, from their first period to their shutdown: commands from a
@@ -77,17 +81,21 @@ class VirtualRun {
   /// Why it is not `pass`, in one sentence; empty where it is.
   [[nodiscard]] std::string reason() const;
 
-  [[nodiscard]] const Controller<double>& controller() const { return drives_.front().unit().controller(); }
+  [[nodiscard]] const Controller<double>& controller(std::size_t drive) const {
+    return drives_.at(drive).unit().controller();
+  }
 
  private:
   /// Makes the drives.
   [[nodiscard]] std::vector<VirtualUnit::Parts> parts(const std::vector<DriveIo<double>*>& stages);
   void set_up_sources();
-  void require_one_drive_for(const char* what) const;
+  void set_up_log();
   void read_profile();
   void set_parameters();
   void play_profile(RunDrive& drive);
-  void play(const VirtualScenario& scenario, RunDrive& drive);
+  void play(const VirtualScenario& scenario, std::size_t k);
+  /// Of the sentences about a drive, where there are several: "drive 2: ".
+  [[nodiscard]] std::string prefix(std::size_t k) const;
   void set_up_files();
   void set_up_frames();
   void disturb_bus();
@@ -111,8 +119,8 @@ class VirtualRun {
   VirtualTimeline timeline_{clock_};
   std::deque<RunDrive> drives_{};  // each stays where it is
   VirtualEcu ecu_;
-  std::optional<ParameterChanges> changes_{};
-  std::optional<TimedChanges> timed_changes_{};
+  std::deque<ParameterChanges> changes_{};  // one for each drive, where some are wanted
+  std::deque<TimedChanges> timed_changes_{};
   Profile profile_{};
   std::int64_t profile_end_ns_{0};
   std::optional<LogReplay> replay_{};

@@ -56,6 +56,10 @@ class MessageSocket {
   /// Waits for a message or the end of the connection, for at most `timeout`; true where one has come.
   [[nodiscard]] bool wait(std::chrono::milliseconds timeout) const noexcept;
 
+  /// The same of several: true where one of them has a message or has ended.
+  [[nodiscard]] static bool wait_any(std::span<const MessageSocket* const> sockets,
+                                     std::chrono::milliseconds timeout);
+
   /// Ends the sending direction; messages sent before still arrive, and messages can still be received.
   void finish() const noexcept;
 

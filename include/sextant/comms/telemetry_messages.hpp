@@ -17,13 +17,13 @@
 namespace sextant {
 
 /// @file
-/// The messages between a drive and the process that publishes its telemetry, through a `MessageSocket`. Both
-/// are programs of one build: a struct is sent as its bytes in memory. The publisher compares version and
-/// size of the first message.
+/// The messages between the drives of a process and the process that publishes their telemetry, through a
+/// `MessageSocket` for each drive. Both are programs of one build: a struct is sent as its bytes in memory.
+/// The publisher compares version and size of the first message.
 
-constexpr std::uint32_t telemetry_messages_version = 2;
+constexpr std::uint32_t telemetry_messages_version = 3;
 
-/// File descriptor of the publisher's end of the socket. [-]
+/// File descriptor of the publisher's end of the first drive's socket; those of the others follow it. [-]
 constexpr int telemetry_process_descriptor = 3;
 
 /// The publisher sends CountsMessage at least this often, whatever it has to publish: the drive notices by

@@ -26,7 +26,8 @@ namespace sextant {
                                              const std::vector<std::string>& overrides = {},
                                              const EcuExtensions& own = {});
 /// The drives of a process: the one of the file or, of a file of `[[drive]]` tables, one for each table. Such
-/// a table is a configuration of its own, as a rule with a `base`; overrides count for every drive.
+/// a table is a configuration of its own, as a rule with a `base`. Overrides count for every drive, or for
+/// one (DriveOverride).
 [[nodiscard]] DrivesConfig load_drives_config(const std::string& file,
                                               const std::vector<std::string>& overrides = {},
                                               const EcuExtensions& own = {});

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <utility>
@@ -13,15 +14,17 @@
 namespace sextant {
 
 /// Plays a log to the bus: its first frame at virtual time zero, the others as far behind it as they were
-/// recorded. Status frames of the drive are left out, because the drive that listens sends its own.
+/// recorded. Status frames of the drives are left out, because those that listen send their own.
 class LogReplay {
  public:
   /// The bus is not owned and must outlive this object, which must stay where it is.
-  /// offset: of the listening drive's identifiers.
-  LogReplay(std::vector<LoggedFrame> log, VirtualCanBus& bus, IdentifierOffset offset = {})
+  /// offsets: of the identifiers of each listening drive.
+  LogReplay(std::vector<LoggedFrame> log, VirtualCanBus& bus, const std::vector<IdentifierOffset>& offsets)
       : log_{std::move(log)}, bus_{bus}, origin_ns_{log_.empty() ? 0 : log_.front().t_ns} {
-    left_out_ = std::erase_if(
-        log_, [offset](const LoggedFrame& logged) { return is_status_frame(logged.frame, offset); });
+    left_out_ = std::erase_if(log_, [&offsets](const LoggedFrame& logged) {
+      return std::ranges::any_of(
+          offsets, [&logged](IdentifierOffset offset) { return is_status_frame(logged.frame, offset); });
+    });
   }
 
   /// When the next frame is due; `never_ns` after the last. [ns]
