@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from programs import program
 from sextant_py.identify_machine import estimate_of, t_circuit_of
-from sextant_py.torque_map_capability import limits_of
+from studies.torque_map.capability import limits_of
 
 R_S, R_R, L_LS, L_LR, L_M = 0.641, 0.332, 0.003, 0.0012, 0.07
 L_S, L_R = L_LS + L_M, L_LR + L_M

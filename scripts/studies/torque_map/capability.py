@@ -14,8 +14,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-
-from .identify_machine import t_circuit_of
+from sextant_py.identify_machine import t_circuit_of
 
 
 @dataclass(frozen=True)
