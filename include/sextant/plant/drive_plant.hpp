@@ -109,6 +109,7 @@ class DrivePlant {
     inputs_.speed_slope = inputs.speed_slope;
     inputs_.inverter_loss = inputs.inverter_loss;
     inputs_.duties = inputs.duties;
+    inputs_.contactor = inputs.contactor;
     ++revision_;
     if constexpr (feeds_back) settle_appended();
     if (!bridge_changed) return;
@@ -453,7 +454,8 @@ class DrivePlant {
                                      machine_.stator_resistance());
   }
   void note_link_voltage() noexcept SEXTANT_NONBLOCKING {
-    largest_u_dc_ = std::max(largest_u_dc_, u_dc() + T(2) * drops_.threshold_voltage);
+    const T highest = std::max(u_dc(), inputs_.u_dc);  // of a link and its source, which charges it
+    largest_u_dc_ = std::max(largest_u_dc_, highest + T(2) * drops_.threshold_voltage);
   }
   /// The appended system's part of a state.
   static std::span<const T, appended_size> appended_states(const State& x) noexcept SEXTANT_NONBLOCKING {

@@ -118,7 +118,8 @@ inline constexpr std::array<MetricInfo, metric_count> metric_catalogue{{
      "drawn from the DC link in the window, where plant.inverter.losses has curves, for what switches and "
      "diodes lose beyond their drops, which are in energy_copper_j"},
     {"energy_source_j", "J", "delivered by the source of a link with capacitance in the window"},
-    {"energy_source_loss_j", "J", "lost in the resistance of that source in the window"},
+    {"energy_source_loss_j", "J",
+     "lost in the resistances of that source and of its pre-charge in the window"},
     {"energy_chopper_j", "J", "lost in the brake chopper of that link in the window"},
     {"energy_stored_j", "J",
      "change of the energy in the capacitor of that link and the inductance of its source in the window"},

@@ -356,6 +356,7 @@ class SimulatedDriveIo final : public FaultableDriveIo {
     const bool is_open = fault.kind_at(fault_ns) == PlantFaultKind::open_phase;
     plant_.open_phase(is_open ? fault.phase : Inverter<typename Plant::Scalar>::no_phase);
     u_dc_ = fault.link_voltage(parameters_.u_dc, fault_ns);
+    contactor_ = fault.contactor(fault_ns);
     const std::int64_t corner_ns = fault.next_corner_ns(fault_ns);
     next_stop_ns_ = corner_ns == never_ns ? never_ns : plant_t_ns_ + (corner_ns - fault_ns);
     for (int phase = 0; phase < 3; ++phase) {
@@ -495,6 +496,7 @@ class SimulatedDriveIo final : public FaultableDriveIo {
     }
     if constexpr (moves_link_voltage<typename Plant::AppendedType>) {
       if (losses_ != nullptr) inputs.inverter_loss = losses_->drawn_power();
+      inputs.contactor = contactor_;
     }
     plant_.set_inputs(inputs);
   }
@@ -541,6 +543,7 @@ class SimulatedDriveIo final : public FaultableDriveIo {
   std::array<double, 3> sampled_current_{};  ///< [A]
   double sampled_u_dc_{};                    ///< [V]
   double u_dc_{};                            ///< of the stiff link, or of the source, at the same time [V]
+  Contactor contactor_{Contactor::automatic};  ///< of a link with pre-charge, at the same time
   bool started_{false};
   bool failed_{false};
 };
