@@ -74,6 +74,8 @@ struct SimulatedDriveIoParameters {
       return "the minimum pulse must be zero or at least the dead time: a shorter pulse turns no switch on";
     }
     if (const char* problem = sensors.validate()) return problem;
+    if (!TemperatureSensor{sensors.temperature}.is_ideal() && !measures_winding_temperature)
+      return "a temperature sensor with errors needs the winding's temperature to be measured";
     if (sensors.sampling_lead_ns > period_ns) return "the sampling lead must not exceed the control period";
     if (sensors.sampling_skew_ns > (period_ns - sensors.sampling_lead_ns) / 2)
       return "the sampling lead and twice the skew must not exceed the control period";
