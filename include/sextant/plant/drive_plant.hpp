@@ -398,6 +398,8 @@ class DrivePlant {
   [[nodiscard]] T tau_road() const noexcept SEXTANT_NONBLOCKING {
     return feels_road_ ? road_load_.torque(x_[omega]) : T(0);
   }
+  /// The same at a mechanical speed [rad/s], also where the speed is imposed. [N·m]
+  [[nodiscard]] T tau_road_at(T speed) const noexcept SEXTANT_NONBLOCKING { return road_load_.torque(speed); }
   /// Mechanical speed. [rad/s]
   [[nodiscard]] T omega_m() const noexcept SEXTANT_NONBLOCKING { return x_[omega]; }
   /// Mechanical angle, not wrapped. [rad]

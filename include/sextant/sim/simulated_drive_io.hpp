@@ -24,6 +24,7 @@
 #include "sextant/plant/tied_segments.hpp"
 #include "sextant/sim/dead_time.hpp"
 #include "sextant/sim/faultable_drive_io.hpp"
+#include "sextant/sim/friction_brake.hpp"
 #include "sextant/sim/mechanical_load.hpp"
 #include "sextant/sim/plant_fault.hpp"
 #include "sextant/sim/pulse_filter.hpp"
@@ -196,18 +197,28 @@ class SimulatedDriveIo final : public FaultableDriveIo {
     integrator_.reset();
   }
 
+  /// Torque of a friction brake on the motor's shaft, not below zero, from now on. Not for a shaft whose
+  /// speed is imposed, or with a load behind a driveline. [N·m]
+  void set_brake(double torque) noexcept SEXTANT_NONBLOCKING { brake_.set(torque); }
+
+  /// What that brake has turned into heat; empty where it has never been used. [J]
+  [[nodiscard]] const std::optional<double>& brake_energy() const noexcept SEXTANT_NONBLOCKING {
+    return brake_.energy();
+  }
+
   [[nodiscard]] const Plant& plant() const noexcept SEXTANT_NONBLOCKING { return plant_; }
 
   /// The applied segments of the last read with the plant's states.
   [[nodiscard]] const Log& log() const noexcept SEXTANT_NONBLOCKING { return log_; }
 
-  /// Load torque at the plant's present time, a vehicle's included: on the shaft, or on the load behind a
-  /// `Driveline`, then referred to the motor's shaft. [N·m]
+  /// Load torque at the plant's present time, those of a vehicle and of its brake included: on the shaft, or
+  /// on the load behind a `Driveline`, then referred to the motor's shaft. [N·m]
   [[nodiscard]] double tau_l() const noexcept SEXTANT_NONBLOCKING {
     const double given = load_.torque(load_time(plant_t_ns_));
     if constexpr (has_driveline)
       return part_of<Driveline<double>>(plant_.appended_system()).load_torque(driveline_states(), given);
-    return given + plant_.tau_road();
+    if (brake_.action().holds) return plant_.tau_e();
+    return given + plant_.tau_road() + brake_.action().torque;
   }
 
   /// Speed of the load at the plant's present time, referred to the motor's shaft: behind a `Driveline` its
@@ -489,7 +500,9 @@ class SimulatedDriveIo final : public FaultableDriveIo {
     PlantInputs<double> inputs{state, acting_u_dc(begin_ns + duration_ns / 2),
                                load_.torque(begin_ns + duration_ns / 2), load_.imposes_speed(), 0.0};
     inputs.duties = duties_;
-    if (inputs.imposed_speed) {
+    if (brake_.acts()) [[unlikely]]
+      brake(inputs);
+    if (load_.imposes_speed()) {
       const double duration_s = double(duration_ns) * 1e-9;
       // To where the piece leads, not to what a jump at its end makes of it.
       const double end_speed = load_.speed(begin_ns) + load_.speed_slope(begin_ns) * duration_s;
@@ -501,6 +514,16 @@ class SimulatedDriveIo final : public FaultableDriveIo {
       inputs.contactor = contactor_;
     }
     plant_.set_inputs(inputs);
+  }
+
+  /// What the brake does over a piece.
+  void brake(PlantInputs<double>& inputs) noexcept {
+    const double speed = plant_.omega_m();
+    const double other = plant_.tau_e() - inputs.tau_l - plant_.tau_road_at(speed);
+    const FrictionBrake::Action action = brake_.step(plant_t_ns_, speed, other);
+    inputs.tau_l += action.torque;
+    inputs.imposed_speed = action.holds;
+    if (action.holds && speed != 0.0) plant_.set_speed(0.0);
   }
 
   /// Link voltage over a piece whose middle is at `middle_ns` as the profiles of the load count. [V]
@@ -530,6 +553,7 @@ class SimulatedDriveIo final : public FaultableDriveIo {
   PulseFilter pulse_filter_;
   DeadTime dead_time_;
   SensorModel sensors_;
+  FrictionBrake brake_{};
   bool ties_;       ///< legs have dead time or thresholds, over which the integrator can go
   bool may_tie_{};  ///< and no current has changed its sign since the read began
   bool has_stops_;  ///< the plant stops at other instants than those of gates and load
