@@ -12,7 +12,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from . import ecu_configuration
+from . import printed_configuration
 from .errors import EndedError, run
 from .paths import ECU, LOOPBACK, ROOT
 from .profile import load
@@ -125,7 +125,8 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
 def main(arguments: list[str]) -> int:
     options = parse_arguments(arguments)
     settings = [word for setting in options.set for word in ("--set", setting)]
-    ecu_configuration.of(PROGRAM, options.config, settings)  # refused before a vehicle waits for the drive
+    # Refused before a vehicle waits for the drive.
+    printed_configuration.tables_of(PROGRAM, options.config, settings, "the drive")
     found = in_turns(options)
     Console().print(table_of(found))
     return 0

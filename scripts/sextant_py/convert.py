@@ -55,7 +55,8 @@ def check(source: Source, options: argparse.Namespace, names: list[str]) -> None
                 f"{options.output} would replace {place}, which is to be read; the converted one needs another name."
             )
     if not any(source.rows(name) for name in names):
-        raise UserError(f"{options.input} has no rows of {', '.join(names)}; {options.output} is not written.")
+        reason = source.cut or f"{options.input} has no rows of {', '.join(names)}"
+        raise UserError(f"{reason}; {options.output} is not written.")
 
 
 def main(arguments: list[str]) -> int:

@@ -1,8 +1,18 @@
-"""What profiles and recordings refuse of the heading of a CSV file."""
+"""Lines of a CSV file, and what profiles, recordings and lists of points refuse of its heading."""
+
+import csv
+import re
 
 from .errors import UserError
 
 SEPARATORS = {";": "semicolons", "\t": "tabs"}
+_BEFORE_COMMENT = re.compile(r'(?:"[^"]*"?|[^"#])*')
+
+
+def cells_of(line: str) -> list[str]:
+    """The cells of a line; none where there is nothing but blanks and a comment."""
+    text = _BEFORE_COMMENT.match(line).group().strip()
+    return [cell.strip() for cell in next(csv.reader([text], skipinitialspace=True), [])]
 
 
 def refuse_separators(columns: list[str], where: str) -> None:

@@ -2,14 +2,13 @@
 
 import argparse
 import subprocess
-import tomllib
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from rich.console import Console
 from rich.table import Table
 
-from . import profile
+from . import printed_configuration, profile
 from .errors import UserError, run
 from .paths import ECU, ROOT
 from .sweep_file import Settings, toml_value
@@ -26,17 +25,10 @@ TIME_LIMIT_S = 120  # of one run [s]
 Metrics = dict[str, float]
 
 
-def printed(program: Path, file: Path) -> dict:
-    """The configuration in force with this file."""
-    done = subprocess.run([program, file, "--print-config"], capture_output=True, text=True, timeout=TIME_LIMIT_S)
-    if done.returncode:
-        raise UserError(f"{file}: {clean_reason(done.stderr, program.name)}.")
-    return tomllib.loads(done.stdout)
-
-
 def drive_of(programs: Path, file: Path) -> Settings:
     """What the live drive's file and scenarios have in common: the drive and its plant."""
-    live, scenario = printed(programs / "sextant-ecu", file), printed(programs / "sextant-mil", SCENARIO)
+    live = printed_configuration.tables_of(programs / "sextant-ecu", file, what="the drive")
+    scenario = printed_configuration.tables_of(programs / "sextant-mil", SCENARIO)
     return flat({name: table for name, table in live.items() if isinstance(table, dict) and name in scenario})
 
 

@@ -84,8 +84,9 @@ def _columns(*groups: GroupRows | None) -> frozenset[str]:
 def rows_of(file: SignalFile, zero_s: float) -> Rows:
     """zero_s: the beginning of the scenario on the time axis of the file. [s] UserError: it has no telemetry."""
     main = file.groups[file.main]
-    if not {"torque_requested_nm", "torque_min_nm"} <= _columns(main):
-        raise UserError(f"{file.path} has no telemetry, of which a scenario's limits are evaluated.")
+    if missing := sorted({"torque_requested_nm", "torque_min_nm"} - _columns(main)):
+        lacks = f"lacks {' and '.join(missing)} of a drive's telemetry"
+        raise UserError(f"{file.path} {lacks}, of which a scenario's limits are evaluated.")
     plant = (
         file.groups["plant"] if "plant" in file.filled() and file.groups["plant"].group.time_of == file.main else None
     )

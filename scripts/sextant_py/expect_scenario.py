@@ -1,14 +1,11 @@
 """What a scenario expects, as sextant-mil reads it: its own reader checks names, ranges, windows and units."""
 
-import subprocess
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from .errors import UserError
+from . import printed_configuration
 
-SECONDS = 60  # for the program to print
 NO_FAULT = "none"
 
 
@@ -80,12 +77,5 @@ def of_printed(tree: dict[str, Any]) -> Scenario:
 
 def read(program: Path, file: Path, settings: list[str]) -> Scenario:
     """UserError: sextant-mil refuses the scenario."""
-    words = [program, file, "--print-config", *(word for setting in settings for word in ("--set", setting))]
-    try:
-        done = subprocess.run(words, capture_output=True, text=True, errors="replace", timeout=SECONDS)
-    except (OSError, subprocess.TimeoutExpired) as error:
-        raise UserError(f"{program} cannot be run: {error}.") from None
-    if done.returncode:
-        said = " ".join(done.stderr.split()).removeprefix(f"{program.name}: ").rstrip(".")
-        raise UserError(f"{said or f'{program.name} ended with {done.returncode}'}.")
-    return of_printed(tomllib.loads(done.stdout))
+    words = [word for setting in settings for word in ("--set", setting)]
+    return of_printed(printed_configuration.tables_of(program, file, words))

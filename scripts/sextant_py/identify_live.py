@@ -13,11 +13,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
 
-from . import ecu_configuration
+from . import printed_configuration
 from .control_unit import Vcu
-from .ecu_configuration import PROGRAM as ECU
 from .errors import EndedError, UserError
 from .identify_run import Plant, given_words, tripped
+from .printed_configuration import ECU
 from .reports import RUNNING_STATES
 from .sweep_file import Settings
 from .sweep_point import clean_reason
@@ -176,4 +176,5 @@ def live_plant(
 ) -> LivePlant:
     """The drive of a file of sextant-ecu, with these settings and what the user sets."""
     given = given_words(settings, own)
-    return LivePlant(given, flat(ecu_configuration.of(ecu, file, given)), ecu, file, directory, is_virtual)
+    tables = printed_configuration.tables_of(ecu, file, given, "the drive")
+    return LivePlant(given, flat(tables), ecu, file, directory, is_virtual)

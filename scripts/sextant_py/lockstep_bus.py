@@ -8,9 +8,9 @@ from pathlib import Path
 
 import can
 
-from . import ecu_configuration, mil_program
-from .ecu_configuration import PROGRAM
+from . import mil_program, printed_configuration
 from .errors import EndedError, UserError
+from .printed_configuration import ECU as PROGRAM
 from .sweep_point import clean_reason
 
 STATUSES = (0, 3)  # of a run to its end, whose drive may be in FAULT there
@@ -20,7 +20,7 @@ LEAVE_S = 60.0  # in which the drive has shut down, real time
 
 def identifier_offset(file: Path, words: Sequence[str]) -> int:
     """The drive's, by its configuration; a refused configuration is a UserError."""
-    tree = ecu_configuration.of(mil_program.find(None, PROGRAM), file, words)
+    tree = printed_configuration.tables_of(mil_program.find(None, PROGRAM), file, words, "the drive")
     drives = tree["drive"] if isinstance(tree["drive"], list) else [tree]
     if len(drives) > 1:
         raise UserError(f"{file} has {len(drives)} drives; identifier_offset says which one is commanded.")

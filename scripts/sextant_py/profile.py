@@ -12,19 +12,16 @@ Torque is interpolated linearly; two points at one time make a step. A TOML file
 """
 
 import bisect
-import csv
 import math
-import re
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
-from .csv_heading import refuse_separators, refuse_twice
+from .csv_heading import cells_of, refuse_separators, refuse_twice
 from .errors import UserError
 
 INTERPOLATIONS = ("linear", "hold")
 _COLUMNS = ("time_s", "torque_nm", "enable")
-_BEFORE_COMMENT = re.compile(r'(?:"[^"]*"?|[^"#])*')
 _TRUTH = {"1": True, "true": True, "0": False, "false": False}
 
 
@@ -98,12 +95,6 @@ def _number(text: object, where: str, name: str) -> float:
     return value
 
 
-def _cells(line: str) -> list[str]:
-    """The cells of a line; none where there is nothing but blanks and a comment."""
-    text = _BEFORE_COMMENT.match(line).group().strip()
-    return [cell.strip() for cell in next(csv.reader([text], skipinitialspace=True), [])]
-
-
 def _check_heading(columns: list[str], where: str) -> None:
     refuse_separators(columns, where)
     if len(columns) > 1 and not columns[0]:
@@ -124,7 +115,7 @@ def _from_csv(path: Path, text: str) -> Rows:
     rows: Rows = []
     for number, line in enumerate(text.splitlines(), start=1):
         where = f"{path}:{number}"
-        cells = _cells(line)
+        cells = cells_of(line)
         if not cells:
             continue
         if not columns:

@@ -88,7 +88,8 @@ class SignalFile:
         self.cut = source.cut  # what a truncated file has lost, in a sentence
         filled = [name for name in source.groups if source.rows(name)]
         if not filled:
-            raise UserError(f"{path} has no samples of {', '.join(source.groups)}.")
+            reason = source.cut or f"{path} has no samples of {', '.join(source.groups)}"
+            raise UserError(f"{reason}.")
         self.main = self._main_of(source, filled)
         self.trigger: str | None = source.metadata.get("trigger") if TRIGGER in source.metadata else None
         begin = -np.inf if begin_s is None else begin_s

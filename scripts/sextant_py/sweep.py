@@ -1,4 +1,4 @@
-"""Runs a scenario at many points of its configuration: a grid or a seeded random sample, on all cores or on Dask."""
+"""Runs a scenario at many points of its configuration: a grid, a sample or a list, on all cores or on Dask."""
 
 import argparse
 import os
@@ -26,7 +26,7 @@ EXAMPLES = """examples:
   scripts/sweep configs/sweeps/hysteresis_band.toml --dry-run
   scripts/sweep configs/sweeps/machine_parameters.toml --scheduler tcp://10.0.0.5:8786
 
-The file names a scenario and either a grid or a random sample:
+The file names a scenario and a grid, a random sample or a list of points:
   scenario = "../scenarios/constant_torque.toml"   # relative to this file
   [set]
   duration_s = 0.5                                 # the same in every point

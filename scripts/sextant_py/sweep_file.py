@@ -8,9 +8,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from . import sweep_sample
+from . import sweep_points, sweep_sample
 from .errors import UserError
-from .sweep_reader import MAX_POINTS, RANGE_KEYS, Settings, SweepReader, line_of, refusal, shown, toml_value
+from .sweep_axes import COUPLED, AxesReader, Axis, keys_of
+from .sweep_reader import MAX_POINTS, Settings, SweepReader, line_of, refusal, shown, toml_value
 
 __all__ = ["Plot", "Settings", "Sweep", "line_of", "load", "parse", "shown", "toml_value"]
 
@@ -35,63 +36,46 @@ class Sweep:
     fixed: Settings  # the same in every point
     varied: list[str]
     points: list[Settings]  # values of the varied keys
-    log_keys: set[str]
-    seed: int | None  # of a sample
     plot: Plot
     text: str  # of the file, for messages
+    axes: list[Axis] = field(default_factory=list)  # of a grid or a sample
+    seed: int | None = None  # of a sample
     method: str = "random"  # by which a sample is drawn
+    points_file: Path | None = None  # that lists the points
 
     @property
     def kind(self) -> str:
-        return "grid" if self.seed is None else sweep_sample.KINDS[self.method]
+        if self.seed is not None:
+            return sweep_sample.KINDS[self.method]
+        return "list" if self.points_file else "grid"
+
+    @property
+    def log_keys(self) -> set[str]:
+        return set().union(*(axis.log_keys for axis in self.axes))
+
+    def groups(self) -> list[list[str]]:
+        """The varied keys; those that move together are one group."""
+        return [list(axis.columns) for axis in self.axes] or [[key] for key in self.varied]
 
 
-def _between(low: float, high: float, log: bool, share: float) -> float:
-    """The ends are exact at shares 0 and 1."""
-    if share in (0.0, 1.0):
-        return float(high if share else low)
-    if log:
-        return math.exp(math.log(low) + share * (math.log(high) - math.log(low)))
-    return low + share * (high - low)
-
-
-def _axes(read: SweepReader, table: Settings, where: str, keys: set[str]) -> dict[str, list | tuple]:
-    """Of each key its choices; or from, to, whether the scale is logarithmic, and the count where there is one."""
-    found: dict[str, list | tuple] = {}
-    for path, spec in read.leaves(table, where).items():
-        name = path.removeprefix(f"{where}.")
-        if isinstance(spec, dict):
-            read.known(spec, f"{path}.", keys)
-            found[name] = read.span(spec, path)
-            if "count" in keys:
-                found[name] += (read.count(spec.get("count"), path, '"count"', 2),)
-        elif isinstance(spec, list):
-            found[name] = read.choices(spec, path)
-        else:
-            known = ", ".join(key for key in ("from", "to", "count", "scale") if key in keys)
-            raise read.refuse(path, f"expected a list of values or {{ {known} }}, got {shown(spec)}.")
-    return found
-
-
-def _log_keys(axes: dict[str, list | tuple]) -> set[str]:
-    return {name for name, axis in axes.items() if isinstance(axis, tuple) and axis[2]}
-
-
-def _grid(read: SweepReader, table: Settings) -> tuple[list[str], list[Settings], set[str]]:
-    """Every combination; the first key changes slowest."""
-    axes = _axes(read, table, "grid", RANGE_KEYS)
-    values = {
-        name: axis if isinstance(axis, list) else [_between(*axis[:3], k / (axis[3] - 1)) for k in range(axis[3])]
-        for name, axis in axes.items()
-    }
-    if math.prod(map(len, values.values())) > MAX_POINTS:
+def _points_of_grid(read: SweepReader, axes: list[Axis]) -> list[Settings]:
+    """Every combination; the first axis changes slowest."""
+    if math.prod(map(len, axes)) > MAX_POINTS:
         raise read.refuse("grid", f"more than {MAX_POINTS} points.")
-    points = [dict(zip(values, one, strict=True)) for one in itertools.product(*values.values())]
-    return list(values), points, _log_keys(axes)
+    rows = itertools.product(*(axis.rows() for axis in axes))
+    return [{key: value for settings in row for key, value in settings.items()} for row in rows]
 
 
-def _sample(read: SweepReader, table: Settings) -> tuple[list[str], list[Settings], set[str], int, str]:
-    """The points of a sample, with its seed and its method."""
+@dataclass
+class _Sample:
+    """How the points of a sample are drawn."""
+
+    method: str
+    samples: int
+    seed: int
+
+
+def _read_sample(read: SweepReader, table: Settings) -> _Sample:
     read.known(table, "random.", {"method", "samples", "seed", "ranges"})
     method = table.get("method", "random")
     if method not in sweep_sample.KINDS:
@@ -101,27 +85,67 @@ def _sample(read: SweepReader, table: Settings) -> tuple[list[str], list[Setting
         raise read.refuse("random.samples", refusal)
     if "seed" not in table:
         raise read.refuse("random", '"seed" is missing; the same seed gives the same points.')
-    seed = read.count(table["seed"], "random.seed", "a seed", 0)
-    draws = _axes(read, read.table(table, "random.ranges"), "random.ranges", RANGE_KEYS - {"count"})
+    return _Sample(method, samples, read.count(table["seed"], "random.seed", "a seed", 0))
 
-    def drawn(draw: list | tuple, share: float) -> Any:
-        return draw[int(share * len(draw))] if isinstance(draw, list) else _between(*draw, share)
 
-    rows = sweep_sample.shares(method, samples, len(draws), seed) if draws else ()
-    points = [
-        {name: drawn(draw, share) for (name, draw), share in zip(draws.items(), row, strict=True)} for row in rows
+def _points_of_sample(sample: _Sample, axes: list[Axis]) -> list[Settings]:
+    rows = sweep_sample.shares(sample.method, sample.samples, len(axes), sample.seed)
+    return [
+        {key: value for axis, share in zip(axes, row, strict=True) for key, value in axis.at(share).items()}
+        for row in rows
     ]
-    return list(draws), points, _log_keys(draws), seed, method
 
 
-def _fixed(read: SweepReader, tree: Settings, varied: list[str], where: str) -> Settings:
+def _axes(read: SweepReader, tree: Settings, where: str, table: Settings) -> list[Axis]:
+    """The axes of a grid or a sample: those of single keys, then the coupled ones."""
+    reader = AxesReader(read, where == "grid")
+    axes = list(reader.single(table, where))
+    for axis in reader.coupled(tree):
+        for key in axis.columns:
+            if key in keys_of(axes):
+                raise read.refuse(f"{COUPLED}.{key}", "this key varies elsewhere in this sweep as well.")
+        axes.append(axis)
+    if not axes:
+        raise read.refuse(where, "expected at least one key that varies.")
+    return axes
+
+
+def _listed(read: SweepReader, tree: Settings) -> dict[str, Any]:
+    """Keys and points of a file that lists them."""
+    if COUPLED in tree:
+        raise read.refuse(COUPLED, "a list of points has every key that varies: leave [[coupled]] out.")
+    file = read.file.parent / read.text_at(tree, "points")
+    keys, points = sweep_points.load(file)
+    return {"varied": keys, "points": points, "points_file": file}
+
+
+def _varied(read: SweepReader, tree: Settings) -> dict[str, Any]:
+    """What the sweep says of its points."""
+    kinds = {"grid": "[grid]", "random": "[random]", "points": "points"}
+    given = [text for key, text in kinds.items() if key in tree] or ["[[coupled]]"] * (COUPLED in tree)
+    if len(given) != 1:
+        got = " and ".join(given) or "none of them"
+        raise UserError(f"{read.file}: expected one of [grid], [random], points or [[coupled]] alone, got {got}.")
+    if "points" in tree:
+        return _listed(read, tree)
+    if "random" not in tree:
+        axes = _axes(read, tree, "grid", read.table(tree, "grid"))
+        return {"varied": keys_of(axes), "points": _points_of_grid(read, axes), "axes": axes}
+    table = read.table(tree, "random")
+    sample = _read_sample(read, table)
+    axes = _axes(read, tree, "random.ranges", read.table(table, "random.ranges"))
+    points = _points_of_sample(sample, axes)
+    return {"varied": keys_of(axes), "points": points, "axes": axes, "seed": sample.seed, "method": sample.method}
+
+
+def _fixed(read: SweepReader, tree: Settings, varied: list[str]) -> Settings:
     fixed = {}
     for path, value in read.leaves(read.table(tree, "set"), "set").items():
         name = path.removeprefix("set.")
         if isinstance(value, dict):
             raise read.refuse(path, "expected one value, got a range.")
         if name in varied:
-            raise read.refuse(path, f"this key varies in [{where}] as well.")
+            raise read.refuse(path, "this key varies elsewhere in this sweep as well.")
         fixed[name] = read.setting(value, path)
     return fixed
 
@@ -144,14 +168,9 @@ def parse(file: Path, text: str) -> Sweep:
         tree = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise UserError(f"{file}: not valid TOML: {error}.") from None
-    read.known(tree, "", {"name", "description", "scenario", "time_limit_s", "set", "grid", "random", "plot"})
-    if ("grid" in tree) == ("random" in tree):
-        raise UserError(f"{file}: expected either [grid] or [random], got {'both' if 'grid' in tree else 'neither'}.")
-    where = "grid" if "grid" in tree else "random"
-    table = read.table(tree, where)
-    varied, points, log_keys, *sample = (_grid if where == "grid" else _sample)(read, table)
-    if not varied:
-        raise read.refuse("grid" if where == "grid" else "random.ranges", "expected at least one key that varies.")
+    own = {"name", "description", "scenario", "time_limit_s", "set", "grid", "random", COUPLED, "points", "plot"}
+    read.known(tree, "", own)
+    found = _varied(read, tree)
     limit = tree.get("time_limit_s")
     if limit is not None and read.number(limit, "time_limit_s", "a number above 0") <= 0:
         raise read.refuse("time_limit_s", f"expected a number above 0, got {limit}.")
@@ -167,14 +186,10 @@ def parse(file: Path, text: str) -> Sweep:
         description=read.text_at(tree, "description", name),
         scenario=scenario,
         time_limit_s=limit,
-        fixed=_fixed(read, tree, varied, where),
-        varied=varied,
-        points=points,
-        log_keys=log_keys,
-        seed=sample[0] if sample else None,
-        plot=_plot(read, tree, varied),
+        fixed=_fixed(read, tree, found["varied"]),
+        plot=_plot(read, tree, found["varied"]),
         text=text,
-        method=sample[1] if sample else "random",
+        **found,
     )
 
 
@@ -190,10 +205,20 @@ def load(file: Path) -> Sweep:
     return parse(file, text)
 
 
+def _table_of(sweep: Sweep, key: str) -> str:
+    """The table of the file that sets or varies a key of the scenario."""
+    if key in sweep.fixed:
+        return "set"
+    if any(len(group) > 1 and key in group for group in sweep.groups()):
+        return COUPLED
+    return "grid" if sweep.seed is None else "random.ranges"
+
+
 def refuse_key(sweep: Sweep, key: str, message: str) -> UserError:
     """About a key of the scenario that the sweep sets or varies."""
-    table = "set" if key in sweep.fixed else "grid" if sweep.seed is None else "random.ranges"
-    return refusal(sweep.file, sweep.text, f"{table}.{key}", message, key)
+    if sweep.points_file and key not in sweep.fixed:
+        return UserError(f"{sweep.points_file}: {key}: {message}")
+    return refusal(sweep.file, sweep.text, f"{_table_of(sweep, key)}.{key}", message, key)
 
 
 def refuse_plot(sweep: Sweep, message: str) -> UserError:

@@ -183,7 +183,7 @@ def points_along(axes: Axes, x: Axis, data: Data, joined: bool) -> None:
 
 
 def coloured_points(axes: Axes, x: Axis, y: Axis, data: Data) -> None:
-    """A random sample over two keys."""
+    """The points of a sample or a list, or of keys that move together, over two keys."""
     across, up, drawn = x.positions(), y.positions(), data.drawn
     edges = np.where(data.missed, MISSED_COLOUR, "none")
     points = axes.scatter(across[drawn], up[drawn], c=data.values[drawn], s=36, cmap="viridis", edgecolors=edges[drawn])
@@ -197,19 +197,38 @@ def coloured_points(axes: Axes, x: Axis, y: Axis, data: Data) -> None:
 
 
 def keys_to_draw(sweep: Sweep) -> list[str]:
-    """Those that the file names, or those that take more than one value: two of a grid, all of a random sample."""
+    """Those that the file names, or those that take more than one value, one of keys that move together: two of a
+    grid, all of a sample or a list."""
     if sweep.plot.keys:
         return sweep.plot.keys
-    varied = [key for key in sweep.varied if len({shown(point[key]) for point in sweep.points}) > 1]
+    counts = {key: len({shown(point[key]) for point in sweep.points}) for key in sweep.varied}
+    # Of keys that move together the first one that tells most points apart.
+    varied = [key for group in sweep.groups() if counts[key := max(group, key=counts.get)] > 1]
     varied = varied or sweep.varied[:1]
-    return varied[:2] if sweep.seed is None else varied
+    return varied[:2] if sweep.kind == "grid" else varied
+
+
+def fill_a_map(sweep: Sweep, keys: list[str]) -> bool:
+    """Whether the points have every combination of two keys."""
+    return len(keys) == 2 and sweep.kind == "grid" and not any(set(keys) <= set(group) for group in sweep.groups())
+
+
+def averaged(sweep: Sweep, keys: list[str]) -> list[str]:
+    """The keys that take several values where the drawn ones have one."""
+    of_place: dict[tuple, dict[str, set]] = {}
+    for point in sweep.points:
+        values = of_place.setdefault(tuple(shown(point[key]) for key in keys), {key: set() for key in sweep.varied})
+        for key in sweep.varied:
+            values[key].add(shown(point[key]))
+    return [key for key in sweep.varied if any(len(values[key]) > 1 for values in of_place.values())]
 
 
 def heading(sweep: Sweep, keys: list[str]) -> str:
-    others = [key for key in sweep.varied if key not in keys and len({shown(point[key]) for point in sweep.points}) > 1]
+    has_means = (len(keys) == 1 and sweep.kind == "grid") or fill_a_map(sweep, keys)
+    others = averaged(sweep, keys) if has_means else []
     seed = "" if sweep.seed is None else f", seed {sweep.seed}"
     text = f"{sweep.name}: {sweep.kind} of {len(sweep.points)} points{seed}"
-    return text + (f"\nmean over {', '.join(others)}" if others and sweep.seed is None else "")
+    return text + (f"\nmean over {', '.join(others)}" if others else "")
 
 
 def panels(count: int, cells: int = 0) -> tuple[Figure, list[Axes]]:
@@ -230,11 +249,11 @@ def draw(sweep: Sweep, store: SweepStore, metric: str, units: dict[str, str]) ->
         Axis(key, units.get(key, ""), key in sweep.log_keys, [point[key] for point in sweep.points]) for key in keys
     ]
     plt.rcParams.update(STYLE)
-    is_map = len(keys) == 2 and sweep.seed is None
+    is_map = fill_a_map(sweep, keys)
     figure, grid = panels(1 if len(keys) == 2 else len(keys), len(axes_of[0].ticks) if is_map else 0)
     if len(keys) != 2:
         for axes, axis in zip(grid, axes_of, strict=True):
-            points_along(axes, axis, data, joined=sweep.seed is None)
+            points_along(axes, axis, data, joined=sweep.kind == "grid")
     elif not is_map:
         coloured_points(grid[0], *axes_of, data)
     elif heat_map(grid[0], *axes_of, data):

@@ -6,7 +6,7 @@ import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 
-from . import sweep_file
+from . import printed_configuration, sweep_file
 from .errors import UserError
 from .sweep_file import Settings, Sweep, toml_value
 from .sweep_point import clean_reason
@@ -63,13 +63,7 @@ def command(program: Path, sweep: Sweep, settings: Settings) -> list[str]:
 
 
 def _print_config(program: Path, sweep: Sweep, settings: list[str]) -> subprocess.CompletedProcess:
-    words = [str(program), str(sweep.scenario), "--print-config", *settings]
-    try:
-        return subprocess.run(
-            words, cwd=sweep.file.resolve().parent, capture_output=True, text=True, errors="replace", timeout=60
-        )
-    except (OSError, subprocess.TimeoutExpired) as error:
-        raise UserError(f"{program} cannot be run: {error}.") from None
+    return printed_configuration.ask(program, sweep.scenario, settings, sweep.file.resolve().parent)
 
 
 def _unknown(key: str, said: str) -> str | None:

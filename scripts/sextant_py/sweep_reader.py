@@ -14,7 +14,7 @@ from .errors import UserError
 RANGE_KEYS = {"from", "to", "count", "scale"}
 SCALES = ("linear", "log")
 MAX_POINTS = 1_000_000
-_TABLE = re.compile(r"^\s*\[([^\[\]]+)\]\s*(?:#.*)?$")
+_TABLE = re.compile(r"^\s*\[{1,2}([^\[\]]+)\]{1,2}\s*(?:#.*)?$")
 _KEY = re.compile(r"""^\s*((?:"[^"]*"|'[^']*'|[\w-]+)(?:\s*\.\s*(?:"[^"]*"|'[^']*'|[\w-]+))*)\s*=""")
 
 Settings = dict[str, Any]
@@ -149,10 +149,14 @@ class SweepReader:
                 found[path] = leaf
         return found
 
-    def choices(self, value: list, key: str) -> list[Any]:
+    def values(self, value: list, key: str) -> list[Any]:
         if not value:
             raise self.refuse(key, "expected at least one value, got an empty list.")
-        values = [self.setting(item, key) for item in value]
+        return [self.setting(item, key) for item in value]
+
+    def choices(self, value: list, key: str) -> list[Any]:
+        """Values each of which is there once."""
+        values = self.values(value, key)
         if len({toml_value(item) for item in values}) < len(values):
             raise self.refuse(key, "a value is there twice.")
         return values

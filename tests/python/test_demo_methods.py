@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from programs import program
 from rich.console import Console
-from sextant_py import demo_methods
+from sextant_py import demo_methods, printed_configuration
 from sextant_py.errors import UserError
 
 METRICS = {
@@ -32,7 +32,7 @@ def test_the_runs_are_of_the_live_drives_and_differ_in_the_method_alone(tmp_path
     for method, drive in drives.items():
         scenario = tmp_path / f"{method}.toml"
         scenario.write_text(demo_methods.scenario_of(drive, tmp_path), encoding="utf-8")
-        again = demo_methods.printed(program("sextant-mil"), scenario)
+        again = printed_configuration.tables_of(program("sextant-mil"), scenario)
         assert again["control"]["controller"] == method
         assert again["duration_s"] == 10
 

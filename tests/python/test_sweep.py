@@ -122,6 +122,45 @@ def end(process: subprocess.Popen, number: int = signal.SIGTERM) -> tuple[str, s
     return communicate(process, 480)
 
 
+PAGE = (ROOT / "docs" / "sweeps.md").read_text(encoding="utf-8")
+
+
+def test_examples_of_the_page_for_coupled_keys_and_lists_run(bench: Bench) -> None:
+    """Whole, but for the scenario's path and the length of a run."""
+    grid, _, coupled, listed = re.findall(r"^```toml\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)
+    head = grid[: grid.index("[grid]")].replace("../scenarios/reversal.toml", str(SCENARIO))
+    head = head.replace("duration_s = 1.0", "duration_s = 0.25")
+    bench.write(head + coupled + grid[grid.index("[plot]") :])
+    found = bench.run("--dry-run")
+    assert "grid of 6 points" in found.stdout
+    found = bench.run()
+    assert found.stderr == ""
+    rows = bench.rows()
+    assert [(row["machine.r_s_ohm"], row["machine.r_r_ohm"]) for row in rows[::2]] == [
+        (0.4, 0.3), (0.48, 0.36), (0.55, 0.41),
+    ]  # fmt: skip
+    assert [row["control.dtc.torque_band_upper_nm"] for row in rows] == [0.459, 0.918] * 3
+    assert all(row["torque_ripple_pp_nm"] > 0 for row in rows)
+    assert (bench.out / "torque_ripple_pp_nm.png").is_file()
+    (points,) = re.findall(r"^```csv\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)
+    (bench.directory / "points.csv").write_text(points, encoding="utf-8")
+    bench.write(listed + head)
+    found = bench.run("--restart")
+    assert found.stderr == ""
+    assert [row["control.controller"] for row in bench.rows()] == ["dtc", "foc", "foc"]
+    assert len({row["torque_ripple_pp_nm"] for row in bench.rows()}) == 3
+
+
+def test_an_unknown_key_of_a_list_is_refused_by_the_list(bench: Bench) -> None:
+    (bench.directory / "points.csv").write_text("machine.r_s,drive.period_us\n1,2\n", encoding="utf-8")
+    bench.write(f'scenario = "{SCENARIO}"\npoints = "points.csv"\n')
+    found = bench.run()
+    assert found.returncode == 2
+    assert "points.csv: machine.r_s: unknown key" in found.stderr
+    bench.write(f'scenario = "{SCENARIO}"\n[[coupled]]\ndrive.period_us = [25]\nmachine.r_s = [1]\n')
+    assert "sweep.toml:4: machine.r_s: unknown key" in bench.run().stderr
+
+
 def test_a_grid_becomes_a_table_and_a_picture(bench: Bench) -> None:
     bench.write(QUICK)
     found = bench.run("--csv")

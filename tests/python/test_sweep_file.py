@@ -27,6 +27,10 @@ machine.x_m_ohm = { from = 1.0, to = 100.0, scale = "log" }
 plant.integrator = ["cvode", "fixed"]
 """
 
+PAGE = (ROOT / "docs" / "sweeps.md").read_text(encoding="utf-8")
+TOML_OF_PAGE = re.findall(r"^```toml\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)
+(CSV_OF_PAGE,) = re.findall(r"^```csv\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)
+
 
 def parse(directory: Path, text: str) -> sweep_file.Sweep:
     (directory / "scenario.toml").touch()
@@ -131,8 +135,8 @@ BAD = [
     ("[grid", "", "not valid TOML"),
     ('scenario = "scenario.toml"', "", "scenario: this key is missing"),
     ("scenario.toml", "none.toml", ":1: scenario: the scenario file"),
-    ("[grid]", "[grit]", ":2: grit: unknown key; known here are description, grid,"),
-    ("[grid]", "[random]\nseed = 1\n[grid]", "expected either [grid] or [random], got both"),
+    ("[grid]", "[grit]", ":2: grit: unknown key; known here are coupled, description, grid,"),
+    ("[grid]", "[random]\nseed = 1\n[grid]", "or [[coupled]] alone, got [grid] and [random]."),
     ("[0.5, 0.918]", "[]", ":3: grid.control.dtc.torque_band_upper_nm: expected at least one value"),
     ("[0.5, 0.918]", "[0.5, 0.5]", ":3: grid.control.dtc.torque_band_upper_nm: a value is there twice"),
     ("[0.5, 0.918]", "[0.5, nan]", "a list of them, got nan."),
@@ -145,7 +149,7 @@ BAD = [
     ("count = 3", "count = 600000", "more than 1000000 points"),
     (', scale = "log"', ', scale = "square"', 'scale: expected "linear" or "log", got "square".'),
     (', scale = "log"', ", step = 2", ":4: grid.machine.r_r_ohm.step: unknown key"),
-    ("[grid]", "[set]\nmachine.r_r_ohm = 1\n[grid]", ":3: set.machine.r_r_ohm: this key varies in [grid] as well."),
+    ("[grid]", "[set]\nmachine.r_r_ohm = 1\n[grid]", ":3: set.machine.r_r_ohm: this key varies elsewhere"),
     ("[grid]", "time_limit_s = 0\n[grid]", ":2: time_limit_s: expected a number above 0, got 0."),
     ("[grid]", 'name = "../up"\n[grid]', ":2: name: expected letters, digits"),
     ("[grid]", '[plot]\nkeys = ["a"]\n[grid]', ':3: plot.keys: "a" does not vary in this sweep;'),
@@ -208,10 +212,137 @@ def test_the_band_example_is_table_6() -> None:
 
 
 def test_the_page_shows_files_that_are_good(tmp_path: Path) -> None:
-    page = (ROOT / "docs" / "sweeps.md").read_text(encoding="utf-8")
-    grid, sample = re.findall(r"^```toml\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
+    grid, sample, coupled, listed = TOML_OF_PAGE
     (tmp_path / "scenarios").mkdir()
     (tmp_path / "scenarios" / "reversal.toml").touch()
     (tmp_path / "sweeps").mkdir()
+    (tmp_path / "sweeps" / "points.csv").write_text(CSV_OF_PAGE, encoding="utf-8")
+    head = grid[: grid.index("[grid]")]
     assert len(parse(tmp_path / "sweeps", grid).points) == 10
-    assert len(parse(tmp_path / "sweeps", grid[: grid.index("[grid]")] + sample).points) == 200
+    assert len(parse(tmp_path / "sweeps", head + sample).points) == 200
+    assert len(parse(tmp_path / "sweeps", head + coupled).points) == 6
+    assert [point["control.controller"] for point in parse(tmp_path / "sweeps", listed + head).points] == [
+        "dtc", "foc", "foc",
+    ]  # fmt: skip
+
+
+COUPLED = """[[coupled]]
+machine.r_s_ohm = [0.4, 0.5, 0.5]
+machine."x_m_ohm" = [1, 2, 3]
+"""
+
+
+def test_coupled_keys_are_one_axis_of_a_grid(tmp_path: Path) -> None:
+    sweep = parse(tmp_path, GRID + COUPLED)
+    assert len(sweep.points) == 18
+    rows = [(point["machine.r_s_ohm"], point["machine.x_m_ohm"]) for point in sweep.points]
+    assert rows == [(0.4, 1), (0.5, 2), (0.5, 3)] * 6
+    assert sweep.kind == "grid"
+    alone = parse(tmp_path, 'scenario = "scenario.toml"\n' + COUPLED)
+    assert alone.points == [{"machine.r_s_ohm": r_s, "machine.x_m_ohm": x_m} for r_s, x_m in rows[:3]]
+    assert alone.varied == ["machine.r_s_ohm", "machine.x_m_ohm"]
+
+
+def test_coupled_ranges_have_the_same_share(tmp_path: Path) -> None:
+    ranges = 'a.b = { from = 1, to = 3, count = 3 }\na.c = { from = 1, to = 100, count = 3, scale = "log" }\n'
+    sweep = parse(tmp_path, f'scenario = "scenario.toml"\n[[coupled]]\n{ranges}')
+    assert [(point["a.b"], point["a.c"]) for point in sweep.points] == [(1, 1), (2, pytest.approx(10)), (3, 100)]
+    assert sweep.log_keys == {"a.c"}
+
+
+@pytest.mark.parametrize("method", ["random", "sobol", "latin_hypercube"])
+def test_coupled_keys_are_one_axis_of_a_sample(tmp_path: Path, method: str) -> None:
+    more = 'machine.inertia_kg_m2 = { from = 0, to = 1 }\na.b = { from = 10, to = 30 }\na.c = ["x", "y"]\n'
+    sweep = parse(tmp_path, with_method(method, 64) + "[[coupled]]\n" + more)
+    for point in sweep.points:
+        share = point["machine.inertia_kg_m2"]
+        assert point["a.b"] == pytest.approx(10 + 20 * share)
+        assert point["a.c"] == ("x" if share < 0.5 else "y")
+    correlation = np.corrcoef([[p["machine.inertia_kg_m2"], p["machine.r_s_ohm"]] for p in sweep.points], rowvar=False)
+    assert abs(correlation[0, 1]) < 0.5  # the other axes are drawn by themselves
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("[1, 2, 3]", "[1, 2]", ":7: coupled.machine.x_m_ohm: expected as many values as machine.r_s_ohm has, 3,"),
+        ("[1, 2, 3]", "[1, 2, 2]", ":6: coupled.machine.r_s_ohm: the same values are there twice, in every key."),
+        ('machine."x_m_ohm" = [1, 2, 3]\n', "", ":6: coupled.machine.r_s_ohm: expected two or more keys that move"),
+        ("[1, 2, 3]", "[]", ":7: coupled.machine.x_m_ohm: expected at least one value"),
+        ("[1, 2, 3]", "3", ":7: coupled.machine.x_m_ohm: expected a list of values or { from, to,"),
+        ('"x_m_ohm"', "r_r_ohm", ":7: coupled.machine.r_r_ohm: this key varies elsewhere in this sweep as well."),
+        ("[[coupled]]\n", "[coupled]\n[[coupled.rows]]\n", "coupled"),
+        ("[[coupled]]", "[set]\nmachine.r_s_ohm = 1\n[[coupled]]", ":6: set.machine.r_s_ohm: this key varies"),
+    ],
+)  # fmt: skip
+def test_bad_coupled_keys_are_refused(tmp_path: Path, old: str, new: str, words: str) -> None:
+    with pytest.raises(UserError) as refusal:
+        parse(tmp_path, GRID + edited(COUPLED, old, new))
+    assert words in str(refusal.value)
+    assert "\n" not in str(refusal.value)
+
+
+LIST = 'scenario = "scenario.toml"\npoints = "points.csv"\n'
+POINTS = """\ufeffplant.integrator,"machine.r_s_ohm", drive.period_us, plant.inverter.ideal,machine.name,load.points\r
+# the first of them\r
+cvode,.4,25,true,"a, b","[[0, 5], [1.5, 6]]"\r
+\r
+fixed, 5e-1 ,50,False,c d,[]  # the second"""
+
+
+def listed(directory: Path, points: str, text: str = LIST) -> sweep_file.Sweep:
+    (directory / "points.csv").write_text(points, encoding="utf-8", newline="")
+    return parse(directory, text)
+
+
+def test_a_list_has_a_point_in_each_row(tmp_path: Path) -> None:
+    sweep = listed(tmp_path, POINTS)
+    assert sweep.kind == "list"
+    assert [list(point.values()) for point in sweep.points] == [
+        ["cvode", 0.4, 25, True, "a, b", [[0, 5], [1.5, 6]]],
+        ["fixed", 0.5, 50, False, "c d", []],
+    ]
+    assert sweep.varied == list(sweep.points[1])
+    assert sweep.varied[1] == "machine.r_s_ohm"
+    assert isinstance(sweep.points[0]["drive.period_us"], int)
+
+
+@pytest.mark.parametrize(
+    ("points", "words"),
+    [
+        ("", "has no point: expected a heading of keys and a row for each point."),
+        ("a.b,a.c\n", "has no point"),
+        ("a.b,a.c\n1\n", ":2: expected 2 values (a.b, a.c), found 1."),
+        ("a.b,a.c\n1,\n", ":2: a.c: this cell is empty"),
+        ("a.b,a.c\n1,nan\n", ":2: a.c: expected a finite number, got nan."),
+        ("a.b,a.c\n1,-inf\n", ":2: a.c: expected a finite number, got -inf."),
+        ("a.b,a.c\n1,[1\n", ":2: a.c: expected a list or a text as TOML writes it, got [1."),
+        ("a.b,a.b\n1,2\n", ":1: the column a.b occurs twice."),
+        ("a.b;a.c\n1;2\n", ":1: semicolons separate the columns: separate them by commas."),
+        (",a.b\n1,2\n", ":1: a column has no name"),
+        ("a.b\n1\n2\n1\n", ":4: the same point as in line 2: leave one out."),
+    ],
+)
+def test_bad_lists_are_refused(tmp_path: Path, points: str, words: str) -> None:
+    with pytest.raises(UserError) as refusal:
+        listed(tmp_path, points)
+    assert words in str(refusal.value)
+    assert str(tmp_path / "points.csv") in str(refusal.value)
+
+
+def test_a_list_stands_alone(tmp_path: Path) -> None:
+    for text, words in (
+        (LIST + "[grid]\na.b = [1]\n", "got [grid] and points."),
+        (LIST + COUPLED, ":3: coupled: a list of points has every key"),
+        (LIST + "[set]\nmachine.r_s_ohm = 1\n", ":4: set.machine.r_s_ohm: this key varies elsewhere"),
+        (LIST.replace("points.csv", "none.csv"), "none.csv cannot be read: No such file or directory."),
+        (LIST.replace('"points.csv"', "[1]"), ":2: points: expected a text, got [1]."),
+        (LIST.replace("points.csv", "."), "cannot be read: Is a directory."),
+        ('scenario = "scenario.toml"\n', "alone, got none of them."),
+    ):
+        with pytest.raises(UserError) as refusal:
+            listed(tmp_path, POINTS, text)
+        assert words in str(refusal.value)
+    (tmp_path / "points.csv").write_bytes(b"a.b\n\xe9\n")
+    with pytest.raises(UserError, match=r"points\.csv is not a text file in UTF-8"):
+        parse(tmp_path, LIST)

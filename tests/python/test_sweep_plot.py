@@ -215,3 +215,51 @@ def test_texts_do_not_run_into_each_other(tmp_path: Path, text: str, scale: floa
         outlines = [outline(label, renderer) for label in texts if label.get_text()]
         assert all(itertools.starmap(are_apart, itertools.combinations(outlines, 2)))
     plt.close(figure)
+
+
+COUPLED = """scenario = "scenario.toml"
+[grid]
+control.controller = ["dtc", "foc"]
+[[coupled]]
+machine.r_s_ohm = [0.4, 0.5, 0.5]
+machine.r_r_ohm = [3, 2, 1]
+[plot]
+metrics = ["torque_ripple_pp_nm"]
+"""
+
+
+def test_coupled_keys_are_one_axis_of_a_map(tmp_path: Path) -> None:
+    """Of the two the resistance of the rotor tells the rows apart."""
+    sweep, store = stored(tmp_path, COUPLED)
+    figure = sweep_plot.draw(sweep, store, METRIC, UNITS)
+    axes = figure.axes[0]
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("control.controller", "machine.r_r_ohm [ohm]")
+    assert [text.get_text() for text in axes.texts] == ["2*", "5", "×", "4", "0", "×"]
+    assert "mean over" not in figure.get_suptitle()
+    plt.close(figure)
+
+
+def test_a_key_that_does_not_tell_its_rows_apart_is_averaged_over_the_others(tmp_path: Path) -> None:
+    sweep, store = stored(tmp_path, COUPLED + 'keys = ["control.controller", "machine.r_s_ohm"]\n')
+    figure = sweep_plot.draw(sweep, store, METRIC, UNITS)
+    assert [text.get_text() for text in figure.axes[0].texts] == ["0", "×", "2*", "4.5"]
+    assert figure.get_suptitle().endswith("\nmean over machine.r_r_ohm")
+    plt.close(figure)
+
+
+def test_two_keys_that_move_together_are_coloured_points(tmp_path: Path) -> None:
+    sweep, store = stored(tmp_path, COUPLED + 'keys = ["machine.r_s_ohm", "machine.r_r_ohm"]\n')
+    figure = sweep_plot.draw(sweep, store, METRIC, UNITS)
+    assert not figure.axes[0].images
+    drawn = figure.axes[0].collections[0].get_offsets()
+    np.testing.assert_allclose(drawn, [(0.4, 3), (0.5, 1), (0.5, 2), (0.5, 1)])
+    plt.close(figure)
+
+
+def test_the_points_of_a_list_are_coloured_points(tmp_path: Path) -> None:
+    (tmp_path / "points.csv").write_text("a.b,a.c,a.d\n1,2,5\n3,4,5\n5,1,5\n7,3,5\n9,9,5\n")
+    sweep, store = stored(tmp_path, 'scenario = "scenario.toml"\npoints = "points.csv"\n[plot]\nmetrics = ["x"]\n')
+    figure = sweep_plot.draw(sweep, store, METRIC, UNITS)
+    np.testing.assert_allclose(figure.axes[0].collections[0].get_offsets(), [(1, 2), (5, 1), (9, 9)])
+    assert "list of 5 points" in figure.get_suptitle()
+    plt.close(figure)

@@ -116,6 +116,37 @@ def test_more_samples_of_the_same_seed_go_on(begun: Path) -> None:
         opened(begun)
 
 
+LISTED = 'scenario = "scenario.toml"\npoints = "points.csv"\n'
+
+
+def test_more_rows_at_the_end_of_a_list_go_on(tmp_path: Path) -> None:
+    file = tmp_path / "points.csv"
+    file.write_text("a.b,a.c\n1,2\n3,4\n")
+    store = opened(tmp_path, LISTED)
+    store.add(record(1))
+    store.close()
+    file.write_text("a.b,a.c\n1,2 # the first\n3,4\n5,6\n")
+    store = opened(tmp_path, LISTED)
+    assert store.missing() == [0, 2]
+    store.close()
+    for other in ("a.b,a.c\n1,2\n3,5\n5,6\n", "a.c,a.b\n1,2\n3,4\n5,6\n"):
+        file.write_text(other)
+        with pytest.raises(UserError, match="the sweep file changed"):
+            opened(tmp_path, LISTED)
+
+
+def test_more_values_of_coupled_keys_go_on(tmp_path: Path) -> None:
+    coupled = 'scenario = "scenario.toml"\n[[coupled]]\na.b = [1, 2]\na.c = [3, 4]\n'
+    store = opened(tmp_path, coupled)
+    store.add(record(1))
+    store.close()
+    store = opened(tmp_path, coupled.replace("2]", "2, 9]").replace("4]", "4, 9]"))
+    assert store.missing() == [0, 2]
+    store.close()
+    with pytest.raises(UserError, match="the sweep file changed"):
+        opened(tmp_path, coupled.replace("4]", "5]"))
+
+
 def test_plots_and_time_limit_may_change(begun: Path) -> None:
     store = opened(begun, text='time_limit_s = 9\nname = "other"\n' + FILE + '[plot]\nmetrics = ["flux_mean_wb"]\n')
     assert store.missing() == [0, 2, 4]

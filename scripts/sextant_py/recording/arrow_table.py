@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pyarrow
 
+from ..errors import UserError
 from .model import MAIN, Group
 
 GROUP = b"sextant_group"
@@ -38,6 +39,14 @@ def table(group: Group, block: np.ndarray, of: pyarrow.Schema) -> pyarrow.Table:
         else:
             arrays.append(pyarrow.array(np.ascontiguousarray(values)))
     return pyarrow.Table.from_arrays(arrays, schema=of)
+
+
+def check_cells(path: Path, group: Group, batch: pyarrow.RecordBatch) -> None:
+    """An empty cell is NaN, which a whole number or a text cannot be."""
+    for index, column in enumerate(group.columns):
+        if batch.column(index).null_count and np.dtype(column.kind).kind in "iuS":
+            what = "texts" if column.is_text else "whole numbers"
+            raise UserError(f"{path}: the column {column.name} of {what} has an empty cell; write a value there.")
 
 
 def block(group: Group, batch: pyarrow.RecordBatch) -> np.ndarray:

@@ -6,6 +6,7 @@ import json
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,7 @@ from .model import (
     Group,
     Metadata,
     cut_sentence,
+    metadata_of,
     missing_rows,
     unclosed_sentence,
     unverified_sentence,
@@ -128,6 +130,7 @@ class CsvSource:
         self.metadata: Metadata = {}
         self.cut: str | None = None
         self.groups: dict[str, Group] = {}
+        self._bools: set[str] = set()  # columns of other origin that say true and false
         place = description_of(path)
         listed = checksums.read(path)
         self._heading = heading_of(path) if not place.exists() and listed is None else None  # of a file of other origin
@@ -137,8 +140,6 @@ class CsvSource:
             self._read_description(place)
         else:
             self.groups = {MAIN: self._guessed()}
-        for group in self.groups.values():
-            _ = group.time  # raises where there is none
         beside = [other for other in (place, checksums.place_of(path)) if other.exists()]
         self.paths = [*(self._file(name) for name in self.groups), *beside]
         self._rows = {name: self._count(name) for name in self.groups}
@@ -166,16 +167,19 @@ class CsvSource:
 
     def _options(self, **more: Any) -> csv.ReadOptions:
         """A heading of other origin has the names that it was given here."""
-        names = {} if self._heading is None else {"column_names": self._heading, "skip_rows": 1}
+        found = self._heading
+        names = {} if found is None else {"column_names": found.names, "skip_rows": found.lines}
         return csv.ReadOptions(use_threads=False, **names, **more)
 
     def _read_description(self, place: Path) -> None:
         try:
             described = json.loads(place.read_text(encoding="utf-8"))
-            self.metadata = described["recording"]
+            self.metadata = metadata_of(described["recording"])
             self.groups = {entry["name"]: Group.of(entry) for entry in described["groups"]}
-        except (ValueError, KeyError, TypeError) as error:
-            raise UserError(f"{place} does not describe a recording: {error}.") from None
+        except (ValueError, KeyError, TypeError):
+            raise UserError(
+                f"{place} does not describe a recording as Sextant does; where it is of another program, rename it."
+            ) from None
         for name in self.groups:
             if not self._file(name).exists():
                 raise UserError(f"{self._file(name)} does not exist, which {place} names as the group {name}.")
@@ -184,9 +188,12 @@ class CsvSource:
         """Types as the first block has them, where no description says them."""
         try:
             with csv.open_csv(self._lines(MAIN), self._options()) as reader:
-                columns = [guessed_column(self._path, field) for field in reader.schema]
+                fields = list(reader.schema)
+                first = reader.read_next_batch() if any(is_text(field) for field in fields) else None
         except pyarrow.ArrowException as error:
             raise unreadable(self._path, error) from None
+        self._bools = {field.name for field in fields if pyarrow.types.is_boolean(field.type)}
+        columns = [guessed_column(self._path, field, first) for field in fields]
         return Group(MAIN, tuple(map(of_contract, columns)))
 
     def _count(self, name: str) -> int:
@@ -208,7 +215,7 @@ class CsvSource:
         group = self.groups[name]
         with self._opened(name) as reader:
             for batch in reader:
-                check_cells(self._file(name), group, batch)
+                arrow_table.check_cells(self._file(name), group, batch)
                 whole = arrow_table.block(group, batch)
                 for begin in range(0, len(whole), rows):
                     yield whole[begin : begin + rows]
@@ -216,6 +223,7 @@ class CsvSource:
     @contextmanager
     def _opened(self, name: str) -> Iterator[csv.CSVStreamingReader]:
         types = {field.name: field.type for field in arrow_table.schema(self.groups[name])}
+        types |= dict.fromkeys(self._bools, pyarrow.bool_())
         read = self._options(block_size=BLOCK_BYTES)
         convert = csv.ConvertOptions(column_types=types, include_columns=list(types), strings_can_be_null=False)
         try:
@@ -225,36 +233,72 @@ class CsvSource:
             raise unreadable(self._file(name), error) from None
 
 
-def heading_of(path: Path) -> list[str]:
-    """The names of the columns. The first may be empty, as pandas writes an index."""
-    with path.open(encoding="utf-8-sig", errors="replace") as file:  # any line end
-        line = file.readline().rstrip("\n")
-    names = next(text_csv.reader([line]), [])
-    where = f"{path}:1"
+@dataclass
+class Heading:
+    """The names of the columns, and the lines up to the first row."""
+
+    names: list[str]
+    lines: int
+
+
+def _lines_of(path: Path) -> Iterator[tuple[int, str]]:
+    """The lines of a file of other origin up to its heading, numbered, with any line end."""
+    try:
+        with path.open(encoding="utf-8-sig") as file:
+            yield from enumerate(file, 1)
+    except UnicodeDecodeError:
+        raise not_utf8(path) from None
+
+
+def heading_of(path: Path) -> Heading:
+    """The first line that is neither empty nor a comment. The first name may be empty, as pandas writes an index."""
+    found = next((place for place in _lines_of(path) if place[1].strip() and not place[1].startswith("#")), None)
+    if found is None:
+        raise UserError(f"{path} is not a CSV file of a recording: it has no heading.")
+    number, line = found
+    where = f"{path}:{number}"
+    try:
+        names = next(text_csv.reader([line.rstrip("\n")], strict=True), [])
+    except text_csv.Error:
+        raise UserError(f"{where}: a quote of the heading is not closed.") from None
     refuse_separators(names, where)
     names = [name.strip() or (INDEX if at == 0 else "") for at, name in enumerate(names)]
     if "" in names:
         raise UserError(f"{where}: column {names.index('') + 1} has no name; give it one.")
     for name in names:
         refuse_twice(name, names, where)
-    return names
+    return Heading(names, number)
+
+
+def not_utf8(path: Path) -> UserError:
+    """About the first line that is no text in UTF-8."""
+    with path.open("rb") as file:
+        for number, line in enumerate(file, 1):
+            try:
+                line.decode()
+            except UnicodeDecodeError:
+                return UserError(f"{path}, line {number}: this is no text in UTF-8; save the file in that encoding.")
+    return UserError(f"{path} is no text in UTF-8; save it in that encoding.")
+
+
+def is_utf8(path: Path) -> bool:
+    try:
+        with path.open(encoding="utf-8") as file:
+            while file.read(BLOCK_BYTES):
+                pass
+    except UnicodeDecodeError:
+        return False
+    return True
 
 
 def unreadable(path: Path, error: Exception) -> UserError:
     """Where pyarrow, which counts lines in one thread only, names a line, so does the sentence."""
+    if not is_utf8(path):
+        return not_utf8(path)
     text = " ".join(str(error).split())
     if found := re.search(r"Row #(\d+): (.*)", text):
         return UserError(f"{path}, line {found[1]}: {found[2].rstrip('.')}; correct or remove that line.")
     return UserError(f"{path} is not a CSV file of a recording: {text.rstrip('.')}.")
-
-
-def check_cells(path: Path, group: Group, batch: pyarrow.RecordBatch) -> None:
-    """An empty cell is NaN, which a whole number cannot be."""
-    for index, column in enumerate(group.columns):
-        if batch.column(index).null_count and np.dtype(column.kind).kind in "iu":
-            raise UserError(
-                f"{path}: the column {column.name} of whole numbers has an empty cell; write a number there."
-            )
 
 
 def of_contract(column: Column) -> Column:
@@ -269,12 +313,30 @@ def of_contract(column: Column) -> Column:
     return Column(column.name, "<i8" if is_whole else column.kind, known.unit, known.text)
 
 
-def guessed_column(path: Path, field: pyarrow.Field) -> Column:
-    if pyarrow.types.is_string(field.type):
-        raise UserError(
-            f"{path}: the column {field.name} holds text, whose length only {description_of(path).name} tells."
-        )
+def is_text(field: pyarrow.Field) -> bool:
+    return pyarrow.types.is_string(field.type) or pyarrow.types.is_binary(field.type)
+
+
+def guessed_column(path: Path, field: pyarrow.Field, first: pyarrow.RecordBatch | None) -> Column:
+    """first: the first rows, where a column holds texts."""
+    if is_text(field):
+        raise not_a_number(path, field.name, first.column(field.name).to_pylist())
+    if pyarrow.types.is_temporal(field.type):
+        raise UserError(f"{path}: the column {field.name} has dates or times of day; write seconds, or leave it out.")
     if pyarrow.types.is_null(field.type):
         return Column(field.name, "<f8")  # no row, or none that has a value
-    kind = np.dtype(field.type.to_pandas_dtype())
-    return Column(field.name, "|u1" if kind.kind == "b" else "<f8")
+    return Column(field.name, "|u1" if pyarrow.types.is_boolean(field.type) else "<f8")
+
+
+def not_a_number(path: Path, column: str, cells: list[str | bytes]) -> UserError:
+    """About the first cell that is no number, in a file without a description, which texts would need."""
+    for row, cell in enumerate(cells, 1):
+        try:
+            float(cell or "nan")
+        except ValueError:
+            shown = cell if isinstance(cell, str) else cell.decode("utf-8", "replace")
+            return UserError(
+                f'{path}: row {row} of the column {column} has "{shown}", which is no number; correct it, or leave out '
+                "a row of units or a column of texts."
+            )
+    return UserError(f"{path}: the column {column} holds text; leave it out.")

@@ -1,10 +1,13 @@
 """The file formats of recordings, by suffix."""
 
+import errno
+import os
 from importlib import import_module
 from pathlib import Path
 
 from ..errors import UserError
-from .model import Metadata, Sink, Source
+from .checked import CheckedSource
+from .model import Metadata, Sink, Source, unreadable
 
 # Imported when they are needed: MDF alone takes a second.
 _FORMATS = {
@@ -16,6 +19,11 @@ _FORMATS = {
 }
 SUFFIXES = tuple(_FORMATS)
 AT_THE_END = (".mf4", ".parquet")  # readable only once they are complete
+# How a file that is compressed as a whole begins, and what unpacks it.
+COMPRESSED = {
+    **{b"\x1f\x8b": "gzip -d", b"\x28\xb5\x2f\xfd": "zstd -d", b"\xfd7zXZ": "xz -d"},
+    **{b"BZh": "bzip2 -d", b"PK\x03\x04": "unzip"},
+}
 SEVERAL = (".csv", ".parquet")  # a file a group
 
 
@@ -57,12 +65,26 @@ def earlier(path: Path) -> list[Path]:
     return source.paths if source.metadata else []
 
 
+def _refuse_others(path: Path) -> None:
+    """What is no file, and files that are compressed as a whole."""
+    if not path.exists():
+        return  # the group of the name is not recorded, another one is
+    if path.is_dir():
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+    with path.open("rb") as file:
+        begin = file.read(max(map(len, COMPRESSED)))
+    for magic, program in COMPRESSED.items():
+        if begin.startswith(magic):
+            raise UserError(f"{path} is compressed: unpack it with {program} first.")
+
+
 def open_source(path: Path) -> Source:
     check(path)
     _, _, module, name = _FORMATS[path.suffix.lower()]
     if not path.exists() and not any(path.parent.glob(f"{path.stem}.*{path.suffix}")):
         raise UserError(f"{path} does not exist.")
     try:
-        return getattr(import_module(module, __package__), name)(path)
+        _refuse_others(path)
+        return CheckedSource(path, getattr(import_module(module, __package__), name)(path))
     except OSError as error:
-        raise UserError(f"{path} cannot be read: {error.strerror or error}.") from None
+        raise unreadable(path, error, "cannot be read") from None

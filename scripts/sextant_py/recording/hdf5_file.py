@@ -23,7 +23,10 @@ from .model import (
     Metadata,
     cut_sentence,
     damage,
+    left,
+    metadata_of,
     missing_rows,
+    of_sextant,
     unclosed_sentence,
     unverified_sentence,
 )
@@ -31,6 +34,7 @@ from .model import (
 ATTRIBUTE = "recording"  # of the root: the metadata as JSON, and blanks
 # Reserved at the beginning: it is written in place at the end, and a cut of the file leaves it. HDF5 allows 64 KiB.
 ATTRIBUTE_BYTES = 32_000
+MOST_NAMES = 5  # in a sentence
 UNREADABLE = (OSError, RuntimeError, KeyError, ValueError, TypeError)  # what h5py raises at damage
 
 
@@ -173,8 +177,12 @@ class Hdf5Source:
         self.metadata: Metadata = self._metadata()
         self.groups: dict[str, Group] = {}
         self._rows: dict[str, int] = {}
+        self._places: dict[str, h5py.Group] = {}
+        self._left_out: list[str] = []  # datasets without a time axis
+        self._unlike: list[str] = []  # datasets that are longer than others beside them
+        self._met: set[int] = set()  # groups, by their addresses: a group may have several names, or hold itself
         with nullcontext() if self._is_padded else damage(path, *UNREADABLE):
-            self._add(MAIN, self._file)
+            self._add("", self._file)
         if not self.groups and self._is_padded:
             raise UserError(f"{path} is truncated, and nothing of it is readable.")
         if not self.groups:
@@ -184,7 +192,17 @@ class Hdf5Source:
             text = ", ".join(f"{count} of {name}" for name, count in lost.items())
             self.cut = cut_sentence(path, self._rows, f"rows that are lost: {text or 'an unknown number'}")
         else:
-            self.cut = unclosed_sentence(path, self.metadata, self._rows)
+            self.cut = unclosed_sentence(path, self.metadata, self._rows) or self._unlike_sentence()
+        if self._left_out:
+            names = ", ".join(self._left_out[:MOST_NAMES]) + (" …" if len(self._left_out) > MOST_NAMES else "")
+            note = f"what has no time axis is left out: {names}"
+            self.unverified = f"{self.unverified}; {note}" if self.unverified else f"{path}: {note}"
+
+    def _unlike_sentence(self) -> str | None:
+        if not self._unlike:
+            return None
+        longer = ", ".join(self._unlike[:MOST_NAMES])
+        return f"{self._path} has signals with more values than others beside them: {longer}; {left(self._rows)}"
 
     def _open(self, path: Path) -> h5py.File:
         """Without a lock, which a recorder holds on the file that it writes."""
@@ -210,44 +228,77 @@ class Hdf5Source:
     def _metadata(self) -> Metadata:
         try:
             stored = self._file.attrs.get(ATTRIBUTE)
-            return json.loads(value_of(stored)) if stored is not None else {"attributes": self._attributes()}
+            found = json.loads(value_of(stored)) if stored is not None else {"attributes": self._attributes()}
         except (OSError, RuntimeError, KeyError, ValueError):
             if self._is_padded:
                 raise UserError(f"{self._path} is truncated, and nothing of it is readable.") from None
             raise UserError(f"{self._path} has no readable attribute {ATTRIBUTE}; it is no recording.") from None
+        with of_sextant(self._path, f"the attribute {ATTRIBUTE}"):
+            return metadata_of(found)
 
     def _attributes(self) -> dict[str, Any]:
         return {name: value_of(value) for name, value in self._file.attrs.items()}
 
-    def _add(self, name: str, place: h5py.Group) -> None:
+    def _member(self, place: h5py.Group, key: str) -> Any:
+        try:
+            return place[key]
+        except (OSError, RuntimeError, KeyError):
+            if isinstance(place.get(key, getlink=True), h5py.HardLink):
+                raise
+            name = f"{place.name.rstrip('/')}/{key}"
+            raise UserError(
+                f"{self._path} was not written by Sextant: it has the link {name} to what is not there."
+            ) from None
+
+    def _add(self, path: str, place: h5py.Group) -> None:
+        """The group at a path, and those in it. The root's name is that of the telemetry."""
+        address = h5py.h5o.get_info(place.id).addr
+        if address in self._met:
+            return
+        self._met.add(address)
         try:
             # items() gives None for a member whose header is damaged or behind the cut.
-            members = list(place.items()) if self._is_padded else [(key, place[key]) for key in place]
+            members = list(place.items()) if self._is_padded else [(key, self._member(place, key)) for key in place]
         except (OSError, RuntimeError, KeyError):
             if not self._is_padded:
                 raise
             return  # behind the cut
         datasets = {key: data for key, data in members if isinstance(data, h5py.Dataset) and data.ndim == 1}
+        others = [data.name for _, data in members if isinstance(data, h5py.Dataset) and data.ndim != 1]
+        self._left_out += others
         if datasets:
-            self._add_group(name, place, datasets)
+            self._add_group(self._free_name(path or MAIN), place, datasets)
         for key, member in members:
             if isinstance(member, h5py.Group):
-                self._add(key if name == MAIN else f"{name}/{key}", member)
+                self._add(f"{path}/{key}" if path else key, member)
+
+    def _free_name(self, name: str) -> str:
+        """A group of a file of other origin may have the name that the signals of the root have."""
+        number, free = 1, name
+        while free in self.groups:
+            number += 1
+            free = f"{name}_{number}"
+        return free
 
     def _add_group(self, name: str, place: h5py.Group, datasets: dict[str, h5py.Dataset]) -> None:
         columns = [column_of(key, data) for key, data in datasets.items()]
         for data in datasets.values():
             self._check_index(data)
-        rows = min(self._readable_rows(data) for data in datasets.values())
+        counts = {data.name: self._readable_rows(data) for data in datasets.values()}
+        rows = min(counts.values())
+        if max(counts.values()) > rows:
+            self._unlike.append(max(counts, key=counts.get))
         shares = not any(column.name in TIMES for column in columns)
         if shares and (MAIN not in self.groups or (rows != self._rows[MAIN] and not self._is_padded)):
+            self._left_out += [data.name for data in datasets.values()]
             return
         if shares:
             rows = min(rows, self._rows[MAIN])
             main = self.groups[MAIN]
             columns.insert(0, next(column for column in main.columns if column.name == main.time))
         columns.sort(key=lambda column: place_of(name, column.name))
-        text = "" if name == MAIN else str(value_of(place.attrs.get("description", "")))
+        text = "" if name == MAIN else text_of(place.attrs.get("description", ""))
+        self._places[name] = place
         self.groups[name] = Group(name, tuple(columns), text, MAIN if shares else "")
         self._rows[name] = rows
 
@@ -287,10 +338,10 @@ class Hdf5Source:
             end = min(begin + rows, self._rows[name])
             block = np.empty(end - begin, group.dtype)
             for column in group.columns:
-                at_root = name == MAIN or (group.time_of and column.name == group.time)
-                place = column.name if at_root else f"{name}/{column.name}"
+                is_shared = group.time_of and column.name == group.time
+                place = self._places[group.time_of if is_shared else name]
                 with damage(self._path, *UNREADABLE):
-                    block[column.name] = self._file[place][begin:end]
+                    block[column.name] = place[column.name][begin:end]
             yield block
 
 
@@ -301,14 +352,29 @@ def place_of(group: str, signal: str) -> tuple[bool, int]:
 
 
 def value_of(attribute: Any) -> Any:
-    """An attribute as JSON holds it."""
+    """An attribute as JSON holds it. Where a text is not UTF-8, it is Latin-1."""
+    if isinstance(attribute, np.ndarray | np.generic):
+        attribute = attribute.tolist()
+    if isinstance(attribute, list):
+        return [value_of(value) for value in attribute]
+    if isinstance(attribute, str):
+        attribute = attribute.encode("utf-8", "surrogateescape")  # h5py's, of bytes that are not UTF-8
     if isinstance(attribute, bytes):
-        return attribute.decode()
-    return attribute.item() if isinstance(attribute, np.generic) else attribute
+        try:
+            return attribute.decode()
+        except UnicodeDecodeError:
+            return attribute.decode("latin-1")
+    return attribute if isinstance(attribute, int | float | type(None)) else str(attribute)
+
+
+def text_of(attribute: Any) -> str:
+    """An attribute that is a text, or a list of one."""
+    value = value_of(attribute)
+    return str(value[0] if isinstance(value, list) and len(value) == 1 else value)
 
 
 def column_of(name: str, data: h5py.Dataset) -> Column:
-    unit, text = (str(value_of(data.attrs.get(key, ""))) for key in ("unit", "description"))
+    unit, text = (text_of(data.attrs.get(key, "")) for key in ("unit", "description"))
     kind = data.dtype
     if kind.kind not in "iufbS":
         raise UserError(f"{data.file.filename}: the signal {data.name} has the type {kind}, which no recording has.")

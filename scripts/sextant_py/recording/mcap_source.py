@@ -19,9 +19,9 @@ from mcap.records import Metadata as MetadataRecord
 from mcap.writer import MCAP0_MAGIC
 
 from ..errors import UserError
-from .mcap_messages import HEADER_BYTES, MessageCodec
+from .mcap_messages import ENCODING, HEADER_BYTES, MessageCodec
 from .mcap_sink import CHUNK_BYTES, METADATA
-from .model import BLOCK_ROWS, Group, Metadata, cut_sentence
+from .model import BLOCK_ROWS, Group, Metadata, cut_sentence, metadata_of, of_sextant
 
 ENTRY = np.dtype([("time", "<u8"), ("offset", "<u8")])  # of a chunk's index
 RECENT_CHUNKS = 4
@@ -67,6 +67,8 @@ class McapSource:
                 raise UserError(f"{path} is not an MCAP file.")
             lost_bytes = self._scan(file, path.stat().st_size)
         self._index_chunks(is_cut=lost_bytes is not None)
+        if not self.groups and lost_bytes is not None:
+            raise UserError(f"{path} is truncated, and nothing of it is readable.")
         if not self.groups:
             raise UserError(f"{path} has no channel of a Sextant recording; scripts/record writes them.")
         if lost_bytes is not None:
@@ -111,7 +113,11 @@ class McapSource:
         elif opcode == Opcode.METADATA:
             record = MetadataRecord.read(ReadDataStream(BytesIO(file.read(length))))
             if record.name == METADATA:
-                self.metadata = json.loads(record.metadata["json"])
+                with of_sextant(self._path, f"the metadata {METADATA}"):
+                    text = record.metadata["json"]
+                parsed = json.loads(text)
+                with of_sextant(self._path, f"the metadata {METADATA}"):
+                    self.metadata = metadata_of(parsed)
         elif opcode == Opcode.STATISTICS:
             self._stated = Statistics.read(ReadDataStream(BytesIO(file.read(length)))).channel_message_counts
         elif opcode == Opcode.CHUNK:
@@ -139,7 +145,11 @@ class McapSource:
         if described is None or channel.id in self._channels:
             return
         self._channels.add(channel.id)
-        group = Group.of(json.loads(described))
+        parsed = json.loads(described)
+        with of_sextant(self._path, f"the description of the channel {channel.topic}"):
+            group = Group.of(parsed)
+            if channel.message_encoding != ENCODING:
+                raise ValueError("messages of another encoding")
         number, name = 1, group.name
         while group.name in self.groups and self.groups[group.name] != group:
             number += 1

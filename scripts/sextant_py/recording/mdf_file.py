@@ -8,6 +8,7 @@ import zlib
 from collections.abc import Iterator
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from asammdf import MDF, Signal
@@ -15,7 +16,7 @@ from asammdf.blocks.utils import MdfException
 from isal import isal_zlib
 
 from ..errors import UserError
-from .model import BLOCK_ROWS, Column, Group, Metadata, begin_of_run, damage, unreadable
+from .model import BLOCK_ROWS, Column, Group, Metadata, begin_of_run, damage, metadata_of, of_sextant, unreadable
 from .value_texts import value_texts
 
 ATTACHMENT = "sextant_recording.json"
@@ -106,20 +107,27 @@ class MdfSource:
         self._path, self.paths = path, [path]
         check_whole(path)
         self._mdf = opened(path)
+        about = self._about()
+        with of_sextant(path, f"the attachment {ATTACHMENT}"):
+            self.metadata: Metadata = metadata_of(about["recording"])
+            groups = [Group.of(entry) for entry in about["groups"]]
+            named = {found.channel_group.acq_name: index for index, found in enumerate(self._mdf.groups)}
+            self.groups = {group.name: group for group in groups if group.name in named}
+            self._numbers = {name: named[name] for name in self.groups}
+            for name, group in self.groups.items():
+                channels = [channel.name for channel in self._mdf.groups[named[name]].channels[1:]]
+                if channels != list(group.dtype.names):
+                    raise ValueError("other channels than those described")
+
+    def _about(self) -> Any:
+        """What the attachment says."""
         try:
             names = [str(block.file_name) for block in self._mdf.attachments]
-            about = None
             if ATTACHMENT in names:
-                about = json.loads(bytes(self._mdf.extract_attachment(names.index(ATTACHMENT))[0]))
+                return json.loads(bytes(self._mdf.extract_attachment(names.index(ATTACHMENT))[0]))
         except UNREADABLE as error:
-            raise unreadable(path, error, "is truncated or damaged, and cannot be read") from None
-        if about is None:
-            raise UserError(f"{path} is no Sextant recording: it has no attachment {ATTACHMENT}.")
-        self.metadata: Metadata = about["recording"]
-        named = {self._mdf.groups[index].channel_group.acq_name: index for index in range(len(self._mdf.groups))}
-        groups = [Group.of(entry) for entry in about["groups"]]
-        self.groups = {group.name: group for group in groups if group.name in named}
-        self._numbers = {name: named[name] for name in self.groups}
+            raise unreadable(self._path, error, "is truncated or damaged, and cannot be read") from None
+        raise UserError(f"{self._path} is no Sextant recording: it has no attachment {ATTACHMENT}.")
 
     def rows(self, name: str) -> int:
         return self._mdf.groups[self._numbers[name]].channel_group.cycles_nr
@@ -183,6 +191,9 @@ def check_whole(path: Path) -> None:
         begin = file.read(HEADER_AT + 32)
     if begin[:3] != b"MDF" or len(begin) < HEADER_AT + 32:
         raise UserError(f"{path} is no MDF file.")
+    if not begin[8:16].startswith(b"4"):
+        version = begin[8:16].decode("ascii", "replace").strip(" \0")
+        raise UserError(f"{path} is MDF {version}, and MDF 4 is read.")
     first_group = int.from_bytes(begin[HEADER_AT + 24 :], "little")
     if first_group >= path.stat().st_size:
         raise UserError(f"{path} is truncated: it lacks its end, without which nothing of it is readable.")

@@ -68,8 +68,38 @@ class Group:
 
     @classmethod
     def of(cls, described: dict[str, Any]) -> "Group":
+        """The group that `described` gives. ValueError, KeyError or TypeError where it is no such description."""
         columns = tuple(Column(*column) for column in described["signals"])
-        return cls(described["name"], columns, described["text"], described["time_of"])
+        group = cls(described["name"], columns, described["text"], described["time_of"])
+        texts = [group.name, group.text, group.time_of, *(text for c in columns for text in (c.name, c.unit, c.text))]
+        if not all(isinstance(text, str) for text in texts):
+            raise TypeError("a description that is no text")
+        if any(np.dtype(column.kind).kind not in "iufS" for column in columns):
+            raise ValueError("a type that no signal has")
+        if not group.dtype.names:
+            raise ValueError("a group without signals")
+        return group
+
+
+def metadata_of(value: Any) -> Metadata:
+    """The metadata of a recording, as JSON had them. ValueError or TypeError where no program of Sextant wrote them."""
+    if not isinstance(value, dict) or not all(isinstance(value.get(key, {}), dict) for key in ("attributes", "rows")):
+        raise TypeError("metadata of another form")
+    if not all(isinstance(count, int) for count in value.get("rows", {}).values()):
+        raise TypeError("a number of rows that is none")
+    return value
+
+
+@contextmanager
+def of_sextant(path: object, place: str) -> Iterator[None]:
+    """Refuses a description in a place where Sextant's stand that has another form: it was read whole, so that the file
+    is not damaged."""
+    try:
+        yield
+    except (ValueError, KeyError, TypeError, AttributeError):
+        raise UserError(
+            f"{path} was not written by Sextant, or was changed: {place} is not what its programs write there."
+        ) from None
 
 
 def begin_of_run(metadata: Metadata, first: np.ndarray) -> int | None:
@@ -79,7 +109,7 @@ def begin_of_run(metadata: Metadata, first: np.ndarray) -> int | None:
     A row has the time of its end, and the first one is not complete: without the attribute (traces of earlier versions,
     replays) the run began with the first of the row's control periods.
     """
-    attributes = metadata.get("attributes", {})
+    attributes = {k: v for k, v in metadata.get("attributes", {}).items() if k == "mode" or isinstance(v, int | float)}
     if BEGIN in attributes:
         return int(attributes[BEGIN])
     names = first.dtype.names or ()
@@ -160,19 +190,23 @@ def missing_rows(metadata: Metadata, kept: dict[str, int]) -> dict[str, int]:
 
 def cut_sentence(path: object, kept: dict[str, int], lost: str) -> str:
     """One sentence for a truncated file."""
-    return f"{path} is truncated: {lost}; rows that are left: {counted(kept)}"
+    return f"{path} is truncated: {lost}; {left(kept)}"
 
 
 def unclosed_sentence(path: object, metadata: Metadata, kept: dict[str, int]) -> str | None:
     """One sentence for a recording that its recorder has not closed: at its end it writes the counts of rows."""
     if metadata.get("program") != "record" or "rows" in metadata:
         return None
-    return f"{path} was not closed, so what came last may be missing; rows that are left: {counted(kept)}"
+    return f"{path} was not closed, so what came last may be missing; {left(kept)}"
 
 
 def unverified_sentence(path: object) -> str:
     """One sentence for a file of another or an earlier program."""
     return f"{path} has no checksums, so that damage of its values is not noticed"
+
+
+def left(rows: dict[str, int]) -> str:
+    return f"rows that are left: {counted(rows)}"
 
 
 def counted(rows: dict[str, int]) -> str:

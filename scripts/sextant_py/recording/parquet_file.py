@@ -11,7 +11,7 @@ from pyarrow import parquet
 
 from ..errors import UserError
 from . import arrow_table
-from .model import BLOCK_ROWS, MAIN, Group, Metadata, damage, unreadable
+from .model import BLOCK_ROWS, MAIN, Group, Metadata, damage, metadata_of, of_sextant, unreadable
 
 ROW_GROUP_ROWS = 131_072
 
@@ -94,9 +94,12 @@ class ParquetSource:
         if arrow_table.GROUP not in about:
             return
         stored = (file.metadata.metadata or {}).get(arrow_table.RECORDING)
-        with damage(place, ValueError, KeyError, TypeError):
-            group = Group.of(json.loads(about[arrow_table.GROUP]))
-            metadata = json.loads(stored) if stored else {}
+        with damage(place, ValueError):
+            described, recording = json.loads(about[arrow_table.GROUP]), json.loads(stored) if stored else {}
+        with of_sextant(place, "its description of the group"):
+            group, metadata = Group.of(described), metadata_of(recording)
+            if not file.schema_arrow.equals(arrow_table.schema(group), check_metadata=False):
+                raise ValueError("other columns than those described")
         if arrow_table.file_of(path, group.name, metadata.get("main", MAIN)) != place:
             return  # of a recording whose name begins the same
         self.groups[group.name] = group
@@ -111,4 +114,5 @@ class ParquetSource:
         place = arrow_table.file_of(self._path, name, self.metadata.get("main", MAIN))
         with damage(place, pyarrow.ArrowException, OSError):
             for batch in self._files[name].iter_batches(rows):
+                arrow_table.check_cells(place, self.groups[name], batch)
                 yield arrow_table.block(self.groups[name], batch)

@@ -106,8 +106,24 @@ def sample_of(name: str, row: np.void | np.ndarray, kind: type) -> Any:
             values[OFFSETS] = (row["t_ns"] - first["t_ns"]).tolist()
         elif signal.name in row.dtype.names:
             many = _SEQUENCE.fullmatch(signal.type)
-            values[signal.name] = row[signal.name].tolist() if many else member(signal, first[signal.name].item())
+            one = first[signal.name].item()
+            values[signal.name] = elements(signal, row[signal.name]) if many else member(signal, one)
     return telemetry_types.sample(kind, **values)
+
+
+def elements(signal: Signal, values: np.ndarray) -> list:
+    """The values of a sequence."""
+    kind = np.dtype(kind_of(signal.type))
+    return [whole(signal.name, kind, value) for value in values.tolist()] if kind.kind in "iu" else values.tolist()
+
+
+def whole(name: str, kind: np.dtype, value: Any) -> int:
+    """A number for a member of whole ones. A file of other origin may have it in floating point, or out of range."""
+    limits = np.iinfo(kind)
+    if not limits.min <= value <= limits.max or abs(value - round(value)) > 1e-9 * max(1, abs(value)):
+        expected = f"a whole number from {limits.min} to {limits.max}"
+        raise UserError(f"the recording has {name} {value}, where the telemetry contract has {expected}.")
+    return round(value)
 
 
 def member(signal: Signal, value: Any) -> Any:
@@ -122,4 +138,9 @@ def member(signal: Signal, value: Any) -> Any:
             ) from None
     if signal.type == "boolean":
         return bool(value)
-    return value.decode("utf-8", "replace") if isinstance(value, bytes) else value
+    kind = np.dtype(kind_of(signal.type))
+    if kind.kind == "S":
+        return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
+    if isinstance(value, bytes):
+        raise UserError(f"the recording has a text as {signal.name}, where the telemetry contract has a number.")
+    return whole(signal.name, kind, value) if kind.kind in "iu" else value

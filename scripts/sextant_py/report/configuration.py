@@ -1,13 +1,13 @@
 """The configuration of a run as differences from the defaults, which `sextant-mil --print-config` knows."""
 
 import re
-import subprocess
 import tempfile
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from .. import printed_configuration
 from ..errors import UserError
 from ..sweep_reader import toml_value
 from .model import shown
@@ -16,7 +16,6 @@ _HEADING = re.compile(r"^\[{1,2}([\w.]+)\]{1,2}$")
 _ENTRY = re.compile(r"^(# )?(\w+) =(.*)$")
 _ITEM = re.compile(r"^(.+)\[(\d+)\]\.(\w+)$")
 _DERIVED, _REQUIRED, _UNSET = "derived from machine and link", "required", "not set"
-SECONDS = 60  # for one call
 
 Configuration = dict[str, Any]  # dotted keys to values; None: not set
 
@@ -107,15 +106,9 @@ def print_config(program: Path, configuration: Configuration) -> dict[str, Key]:
         file = Path(directory) / "scenario.toml"
         file.write_text(as_toml(configuration), encoding="utf-8")
         try:
-            done = subprocess.run(
-                [program, file, "--print-config"], capture_output=True, text=True, errors="replace", timeout=SECONDS
-            )
-        except (OSError, subprocess.TimeoutExpired) as error:
-            raise UserError(f"{program} cannot be run: {error}.") from None
-    if done.returncode:
-        said = " ".join(done.stderr.split()).replace(f"{file}:", "").removeprefix(f"{program.name}: ")
-        raise UserError(f"{program.name} refuses the configuration: {said}")
-    return read_printed(done.stdout)
+            return read_printed(printed_configuration.text_of(program, file, what="the configuration"))
+        except UserError as error:
+            raise UserError(str(error).replace(f"{file}:", "")) from None  # the file is of no interest
 
 
 def _first_other(configuration: Configuration, printed: dict[str, Key], given: Configuration) -> str | None:
