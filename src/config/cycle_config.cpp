@@ -39,6 +39,11 @@ void describe(Section s, Driver::Parameters& p, const std::function<double()>& t
   s.defaulted_by("torque_limit_nm", p.torque_limit,
                  [&p, torque_of_drive] { p.torque_limit = torque_of_drive(); },
                  {"N·m", 1e-3, 1e5, "of each motor, driving and braking"});
+  s.number("regeneration_from_m_s", p.regeneration_from,
+           {"m/s", 0, 100,
+            "vehicle speed from which on the motors brake with all that they can; below it with a share that "
+            "falls to zero at rest, and vehicle.brake_torque_nm does the rest, without which it has no "
+            "effect"});
   s.check(p);
 }
 

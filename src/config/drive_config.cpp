@@ -84,6 +84,12 @@ std::string validate_bands(const DriveConfig& c) {
            (high.full > 0 ? volts(high.full) : "which is not set") + ", to protection.dc_over_voltage_v, " +
            volts(trips.dc_over_voltage);
   }
+  if (c.setup.capability.ready_voltage &&
+      !(c.drive.ready_voltage >= trips.dc_under_voltage && c.drive.ready_voltage <= c.plant.io.u_dc)) {
+    return "ready_voltage_v, " + volts(c.drive.ready_voltage) +
+           ", must be from protection.dc_under_voltage_v, " + volts(trips.dc_under_voltage) +
+           ", to plant.u_dc_v, " + volts(c.plant.io.u_dc);
+  }
   return {};
 }
 

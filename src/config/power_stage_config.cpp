@@ -81,6 +81,12 @@ std::string check_chopper(const SimulatedPowerStage::Parameters& p) {
   return "link.chopper_off_v must be above u_dc_v, or the brake chopper loads the source";
 }
 
+/// A fault of a contactor that there is not.
+std::string check_contactor(const SimulatedPowerStage::Parameters& p) {
+  if (!p.io.fault.is_of_contactor() || p.link.has_precharge()) return {};
+  return "faults.kind is of the main contactor, which there is with link.precharge_ohm above 0 only";
+}
+
 /// Why a plant takes more steps of the fixed integrator in a period than its run would end with in a time
 /// that makes sense; empty where it does not. cause: what is too fast; what: it, where it is stiff.
 template <class Plant>
@@ -157,6 +163,7 @@ void describe(Section s, SimulatedPowerStage::Parameters& p, const std::int32_t&
   s.check([&p] { return check_hysteresis(p.plant); });
   s.check([&p] { return check_initial_flux(p); });
   s.check([&p] { return check_chopper(p); });
+  s.check([&p] { return check_contactor(p); });
   s.check([&p] { return check_law(p); });
   s.check([&p] { return check_stiffness(p); });
 }

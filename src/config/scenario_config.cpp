@@ -257,18 +257,22 @@ std::string validate_alone(const ScenarioConfig& c) {
   return is_loaded ? "give a cycle or load, not both" : "";
 }
 
-/// A cycle without a vehicle imposes the speed of the motor, and the motors of a vehicle are in its wheels.
+/// A cycle without a vehicle imposes the speed of the motor, and a vehicle has its own gear.
 std::string validate_shaft_of_cycle(const ScenarioConfig& c) {
   if (!c.cycle.is_given()) return {};
   if (!c.cycle.drives_vehicle()) return validate_free_shaft(c.drive.plant, true);
+  if (c.cycle.vehicle.brake_torque > 0 && c.drive.plant.driveline.acts())
+    return "vehicle.brake_torque_nm acts on the motor's shaft: it must be 0 with plant.driveline";
+  if (c.cycle.vehicle.brake_torque > 0 && c.mode == ScenarioMode::event_exact)
+    return "an event-exact run has no friction brake: vehicle.brake_torque_nm must be 0";
   if (c.drive.plant.driveline.gear_ratio == 1) return {};
-  return "the motors of the vehicle are in its wheels: plant.driveline.gear_ratio must be 1";
+  return "the gear of the vehicle is vehicle.gear_ratio: plant.driveline.gear_ratio must be 1";
 }
 
 /// The command supervision blocks a torque beyond its limit.
 std::string validate_driver(const ScenarioConfig& c) {
   if (!c.cycle.drives_vehicle()) return {};
-  const double speed = c.cycle.vehicle.wheel_radius * c.drive.plant.plant.initial.speed;
+  const double speed = c.cycle.vehicle.motor_radius() * c.drive.plant.plant.initial.speed;
   if (!c.cycle.speed.points.empty() &&
       !(std::abs(c.cycle.speed.points.front().value - speed) <= 0.01 * std::abs(speed))) {
     return speed == 0.0 ? "the cycle must begin at rest, where the vehicle is"
@@ -293,8 +297,9 @@ void prescribe_vehicle(ScenarioConfig& c) {
   plant.road_load = road_load(c.cycle.vehicle);
   if (c.cycle.grade) c.scenario.load.load_torque = grade_load(c.cycle.vehicle, *c.cycle.grade);
   driver.mass = accelerated_mass(c.cycle.vehicle, plant.machine.inertia + c.drive.plant.driveline.inertia);
-  driver.wheel_radius = c.cycle.vehicle.wheel_radius;
+  driver.wheel_radius = c.cycle.vehicle.motor_radius();
   driver.motors = c.cycle.vehicle.motors;
+  driver.brake_torque = c.cycle.vehicle.brake_torque / c.cycle.vehicle.gear_ratio;
   c.scenario.cycle = DrivenCycle{c.cycle.speed, driver};
 }
 

@@ -15,7 +15,7 @@ template <class Io>
 class ObservedRun {
  public:
   /// Nothing is owned; controller and trace may be null.
-  ObservedRun(const Scenario& scenario, std::int64_t period_ns, const Io& io, const Controller<>* controller,
+  ObservedRun(const Scenario& scenario, std::int64_t period_ns, Io& io, const Controller<>* controller,
               TraceRecorder* trace)
       : commands_{scenario}, observer_{scenario, period_ns, io, controller, trace}, io_{io} {}
 
@@ -28,6 +28,8 @@ class ObservedRun {
     result_.note_faults(now.latched, now.first_fault, now.t_ns);
     // A driver sees the speed of the vehicle: by that of a motor before a soft shaft the loop is unstable.
     commands_.note_speed(io_.load_speed(now.omega_m));
+    commands_.note_regenerating(now.torque_regenerating);
+    io_.set_brake(commands_.brake_torque());
     if (!io_.healthy()) return false;
     observer_.period(now, commands_);
     simulated_ns_ = std::max(simulated_ns_, now.t_ns);
@@ -43,6 +45,7 @@ class ObservedRun {
     result.metrics[Metric::wall] = wall_s;
     result.metrics[Metric::realtime_factor] = result.metrics[Metric::simulated] / wall_s;
     if (const auto count = io_.short_pulses()) result.metrics[Metric::short_pulses] = double(*count);
+    if (const auto energy = io_.brake_energy()) result.metrics[Metric::energy_brake] = *energy;
     result.window_metrics = observer_.metrics().window_metrics(result.metrics);
     result.missing_torque = observer_.metrics().missing_torque();
     result.cycle_departure = observer_.metrics().cycle_departure();
@@ -54,7 +57,7 @@ class ObservedRun {
  private:
   ScenarioCommands commands_;
   SampledObserver<Io> observer_;
-  const Io& io_;
+  Io& io_;
   std::int64_t simulated_ns_{0};
   MilResult result_{};
 };

@@ -84,8 +84,8 @@ class RunMetrics {
     std::vector<MetricList> all;
     for (const MetricsAccumulator& w : windows_) {
       all.push_back(w.metrics());
-      for (const Metric m : {Metric::dwell_limited, Metric::short_pulses, Metric::simulated, Metric::wall,
-                             Metric::realtime_factor})
+      for (const Metric m : {Metric::dwell_limited, Metric::short_pulses, Metric::energy_brake,
+                             Metric::simulated, Metric::wall, Metric::realtime_factor})
         all.back()[m] = run[m];
     }
     return all;

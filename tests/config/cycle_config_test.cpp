@@ -140,8 +140,9 @@ TEST_F(CycleConfigFile, HasADrivelineBehindTheMotorOfAVehicleAlone) {
                               configs + "/cycles/nycc.csv\"\nload = \"vehicle\"\n";
   const ScenarioConfig config = load(vehicle + shaft);
   EXPECT_NEAR(config.scenario.cycle->driver.mass, 200 + 2 * (0.089 + 0.5) / 0.2786 / 0.2786, 1e-9);
-  EXPECT_THAT(refusal(vehicle + shaft + "gear_ratio = 2\n"),
-              HasSubstr("the motors of the vehicle are in its wheels: plant.driveline.gear_ratio must be 1"));
+  EXPECT_THAT(
+      refusal(vehicle + shaft + "gear_ratio = 2\n"),
+      HasSubstr("the gear of the vehicle is vehicle.gear_ratio: plant.driveline.gear_ratio must be 1"));
 }
 
 TEST_F(CycleConfigFile, IsRefusedWithFileLineAndKey) {
@@ -180,6 +181,23 @@ TEST_F(CycleConfigFile, AVehicleComesWithItsDriver) {
   EXPECT_NEAR(config.drive.plant.plant.road_load.torque(80 / 3.6 / 0.2786), 100, 0.61);
   const std::string text = print_config(config);
   EXPECT_EQ(print_config(load_scenario_config(files_.write("else/where/s.toml", text))), text);
+}
+
+TEST_F(CycleConfigFile, GearAndBrakeOfAVehicleReachShaftAndDriver) {
+  const std::string cycle = "[cycle]\nfile = \"" + configs + "/cycles/nycc.csv\"\nload = \"vehicle\"\n";
+  const std::string vehicle = "[vehicle]\nmass_kg = 200\nwheel_radius_m = 0.28\ngear_ratio = 4\n";
+  const std::string brake = "brake_torque_nm = 300\n";
+  const std::string shaft = "[plant.driveline]\ninertia_kg_m2 = 0.5\nstiffness_nm_rad = 3000\n";
+  const ScenarioConfig config = load(cycle + vehicle + brake + "[driver]\nregeneration_from_m_s = 1.5\n");
+  const Driver::Parameters& driver = config.scenario.cycle->driver;
+  EXPECT_EQ(driver.regeneration_from, 1.5);
+  EXPECT_EQ(driver.brake_torque, 75);
+  EXPECT_EQ(driver.wheel_radius, 0.07);
+  EXPECT_NEAR(driver.mass, 200 + 2 * 16 * 0.089 / 0.28 / 0.28, 1e-9);
+  EXPECT_NEAR(config.drive.plant.plant.road_load.coupled_inertia, 100 * 0.07 * 0.07, 1e-12);
+  EXPECT_EQ(load(cycle + vehicle).scenario.cycle->driver.brake_torque, 0);
+  EXPECT_THAT(refusal(cycle + vehicle + brake + shaft),
+              HasSubstr("cycle: vehicle.brake_torque_nm acts on the motor's shaft: it must be 0 with"));
 }
 
 TEST_F(CycleConfigFile, ADriverMayAskForWhatTheDriveHas) {

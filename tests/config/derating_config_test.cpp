@@ -60,6 +60,21 @@ TEST(DeratingConfig, BandsBeyondTheTripLevelsAreRefused) {
   EXPECT_THAT(refusal({"capability.high_voltage_zero_v=600"}), HasSubstr("which is not set"));
 }
 
+TEST(DeratingConfig, TheDriveIsReadyFromTheBandOrTheTripLevelOnUnlessItIsSaid) {
+  const auto ready = [](const std::vector<std::string>& settings) {
+    return load_ecu_config(shipped_ecu, settings).drive.drive.ready_voltage;
+  };
+  EXPECT_EQ(ready({}), 265);
+  EXPECT_EQ(ready({"protection.dc_under_voltage_v=300"}), 300);
+  EXPECT_EQ(ready({"capability.low_voltage_v=480", "capability.low_voltage_zero_v=410"}), 410);
+  EXPECT_EQ(ready({"capability.ready_voltage_v=500"}), 500);
+  EXPECT_THAT(
+      refusal({"capability.ready_voltage_v=200"}),
+      HasSubstr("capability: ready_voltage_v, 200 V, must be from protection.dc_under_voltage_v, 265 V, "
+                "to plant.u_dc_v, 530 V"));
+  EXPECT_THAT(refusal({"capability.ready_voltage_v=531"}), HasSubstr("to plant.u_dc_v, 530 V"));
+}
+
 TEST(DeratingConfig, ALinkToAnotherProcessCarriesNoTemperature) {
   EXPECT_THAT(refusal({"power_stage=shared_memory", "plant.measures_winding_temperature=true"}),
               HasSubstr("plant.measures_winding_temperature must be false"));

@@ -17,7 +17,8 @@ using Settings = std::vector<std::string>;
 const Settings whole{"plant.link.capacitance_f=1e-3", "plant.link.source_ohm=0.2",
                      "plant.link.source_h=1e-4",      "plant.link.source_diode=true",
                      "plant.link.chopper_ohm=20",     "plant.link.chopper_on_v=650",
-                     "plant.link.chopper_off_v=620"};
+                     "plant.link.chopper_off_v=620",  "plant.link.initial_v=10",
+                     "plant.link.precharge_ohm=40",   "plant.link.contactor_share=0.9"};
 
 TEST(LinkConfig, IsStiffByDefault) {
   EXPECT_FALSE(load_scenario_config(shipped_scenario).drive.plant.link.acts());
@@ -26,7 +27,7 @@ TEST(LinkConfig, IsStiffByDefault) {
 }
 
 TEST(LinkConfig, EachKeyReachesItsOwnValueOfEachPlant) {
-  const DcLinkParameters<> expected{1e-3, 0.2, 1e-4, true, 20, 650, 620};
+  const DcLinkParameters<> expected{1e-3, 0.2, 1e-4, true, 20, 650, 620, 10.0, 40, 0.9};
   EXPECT_EQ(load_scenario_config(shipped_scenario, whole).drive.plant.link, expected);
   EXPECT_EQ(load_plant_config(shipped_plant, whole).plant.link, expected);
   EXPECT_EQ(load_ecu_config(shipped_ecu, whole).drive.plant.link, expected);
@@ -40,8 +41,8 @@ TEST(LinkConfig, EachIntegratorMovesIt) {
 TEST(LinkConfig, WhatMakesNoLinkIsRefused) {
   EXPECT_THAT(
       ecu_refusal(shipped_ecu, with(whole, "plant.link.capacitance_f", "0")),
-      HasSubstr("plant.link: a source with resistance, inductance or diode and a brake chopper need a "
-                "DC link with a capacitance above zero"));
+      HasSubstr("plant.link: a source with resistance, inductance or diode, a brake chopper and a pre-charge "
+                "need a DC link with a capacitance above zero"));
   EXPECT_THAT(ecu_refusal(shipped_ecu, with(whole, "plant.link.source_ohm", "0")),
               HasSubstr("plant.link: the resistance of the source must be above zero"));
   EXPECT_THAT(
@@ -53,6 +54,17 @@ TEST(LinkConfig, WhatMakesNoLinkIsRefused) {
   EXPECT_THAT(
       ecu_refusal(shipped_ecu, with(whole, "plant.link.chopper_off_v", "530")),
       HasSubstr("plant: link.chopper_off_v must be above u_dc_v, or the brake chopper loads the source"));
+}
+
+TEST(LinkConfig, AFaultOfAContactorNeedsOne) {
+  for (const char* kind : {"contactor_open", "contactor_welded"}) {
+    const Settings broken = with(whole, "plant.faults.kind", kind);
+    EXPECT_EQ(ecu_refusal(shipped_ecu, broken), "accepted");
+    Settings without = with(broken, "plant.link.precharge_ohm", "0");
+    without = with(without, "plant.link.contactor_share", "0.95");
+    EXPECT_THAT(ecu_refusal(shipped_ecu, without),
+                HasSubstr("plant: faults.kind is of the main contactor, which there is with"));
+  }
 }
 
 TEST(LinkConfig, ALinkThatTakesTooManyStepsIsRefused) {

@@ -154,7 +154,8 @@ TEST(RequestedFault, HasWhatItGivesAndTheRestAsConfigured) {
 TEST(RequestedFault, IsRefusedByTheSentencesOfItsKeys) {
   EXPECT_THAT(request_refusal("kind=\"open_fase\""),
               HasSubstr("plant.faults.kind: expected \"none\" or \"current_stuck\""));
-  EXPECT_THAT(request_refusal("kind=cables_swapped"), HasSubstr("\"link_sag\", got \"cables_swapped\""));
+  EXPECT_THAT(request_refusal("kind=cables_swapped"),
+              HasSubstr("\"contactor_welded\", got \"cables_swapped\""));
   EXPECT_THAT(request_refusal("phase=d"), HasSubstr("plant.faults.phase: expected \"a\" or \"b\" or \"c\""));
   EXPECT_THAT(request_refusal("seed=3"), HasSubstr("plant.faults.seed: unknown key"));
   EXPECT_THAT(request_refusal("at_s=1\nuntil_s=0.5"),

@@ -93,6 +93,44 @@ TYPED_TEST(DeratingOf, ATorqueBeyondWhatIsLeftIsLimitedAndDerated) {
   EXPECT_EQ(t.derating_cause, DeratingCause::dc_link_low);
 }
 
+// Below its level the drive waits, and says for what; an enable that stands is taken up once the link is
+// charged. With the gates on the level has no effect.
+TYPED_TEST(DeratingOf, ALinkThatIsNotChargedKeepsTheDriveInStandby) {
+  using T = TypeParam;
+  this->parameters = {};
+  this->parameters.ready_voltage = T(500);
+  const Telemetry<T> waits = this->commanded(T(15), T(499));
+  EXPECT_EQ(waits.state, DriveState::standby);
+  EXPECT_EQ(waits.derating_cause, DeratingCause::dc_link_low);
+  EXPECT_FALSE(waits.lockout);
+  EXPECT_FALSE(waits.latched.any());
+  std::int64_t t_ns = 5'000'000 + 2000 * 25'000;
+  DriveRequest<T> request;
+  std::uint64_t sequence = 3000;
+  const auto step = [&](T u_dc) {
+    this->measurement.u_dc = u_dc;
+    request.command = {.torque = T(15),
+                       .torque_limit = T(150),
+                       .enable = true,
+                       .received_ns = t_ns,
+                       .sequence = ++sequence,
+                       .e2e = E2eState::valid};
+    const Telemetry<T> t = this->drive->step(t_ns, this->measurement, request).telemetry;
+    t_ns += 25'000;
+    return t;
+  };
+  EXPECT_EQ(step(T(500)).state, DriveState::ready);
+  EXPECT_EQ(step(T(499)).state, DriveState::standby);
+  EXPECT_EQ(step(T(501)).derating_cause, DeratingCause::gates_are_off);
+  EXPECT_TRUE(gates_are_on(step(T(501)).state));
+  EXPECT_TRUE(gates_are_on(step(T(400)).state));
+  this->measurement.applied = GatePattern{SwitchState{LegState::low, LegState::low, LegState::low}, 25'000};
+  const Telemetry<T> tripped = step(T(200));
+  EXPECT_EQ(tripped.state, DriveState::fault);
+  EXPECT_EQ(tripped.first_fault, Fault::dc_under_voltage);
+  EXPECT_EQ(tripped.derating_cause, DeratingCause::gates_are_off);
+}
+
 // Two shares do not multiply: the smaller one suffices for both. 142.5 °C leaves a half.
 TYPED_TEST(DeratingOf, OfWindingAndLinkTheOneThatLeavesLessCountsAndIsNamed) {
   using T = TypeParam;

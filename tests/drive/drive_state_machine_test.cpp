@@ -13,9 +13,10 @@ constexpr int state_count = 8;
 template <class Check>
 void for_all(const Check& check) {
   for (int s = 0; s < state_count; ++s) {
-    for (unsigned bits = 0; bits < 256; ++bits) {
+    for (unsigned bits = 0; bits < 512; ++bits) {
       const auto bit = [bits](unsigned i) { return ((bits >> i) & 1U) != 0; };
-      const DriveConditions c{.trip = bit(0),
+      const DriveConditions c{.supplied = !bit(8),
+                              .trip = bit(0),
                               .fault_reset = bit(1),
                               .shutdown = bit(2),
                               .at_zero = bit(3),
@@ -46,6 +47,21 @@ TEST(DriveStateMachine, GatesAreNeverOnWhileTrippedLockedOutOrWithoutEnable) {
     EXPECT_TRUE(c.enable);
     // They come on from READY only, so a period with the gates off and the lockout lifted lies before.
     EXPECT_TRUE(gates_are_on(state) || state == DriveState::ready);
+  });
+}
+
+TEST(DriveStateMachine, WithoutVoltageTheGatesDoNotComeOnAndStayOn) {
+  for_all([](DriveState state, const DriveConditions& c, DriveState next) {
+    DriveConditions charged = c;
+    charged.supplied = true;
+    const DriveState then = next_state(state, charged);
+    if (c.supplied || gates_are_on(state)) {
+      EXPECT_EQ(next, then);
+    } else if (then == DriveState::ready || gates_are_on(then)) {
+      EXPECT_EQ(next, DriveState::standby);
+    } else {
+      EXPECT_EQ(next, then);
+    }
   });
 }
 

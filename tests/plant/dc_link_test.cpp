@@ -110,6 +110,13 @@ TEST(DcLink, ParametersAreChecked) {
         Parameters{1e-3, 0.2, 0, false, 20}})
     EXPECT_THAT(problem(p), HasSubstr("below that at which it turns on"));
   EXPECT_THAT(problem({1e-3, 0.2, 0, false, 0, 650, 620}), HasSubstr("need a resistance of it above zero"));
+  EXPECT_EQ(problem({1e-3, 0.2, 0, false, 0, 0, 0, 0.0, 50, 0.9}), "");
+  EXPECT_THAT(problem({1e-3, 0.2, 0, false, 0, 0, 0, -1.0}), HasSubstr("finite and not below zero"));
+  EXPECT_THAT(problem({1e-3, 0.2, 0, false, 0, 0, 0, {}, -50}), HasSubstr("finite and not below zero"));
+  EXPECT_THAT(problem({0, 0, 0, false, 0, 0, 0, {}, 50}), HasSubstr("a pre-charge need a DC link"));
+  EXPECT_THAT(problem({1e-3, 0.2, 0, false, 0, 0, 0, {}, 50, 1.0}), HasSubstr("between 0 and 1"));
+  EXPECT_THAT(problem({1e-3, 0.2, 0, false, 0, 0, 0, {}, 0, 0.9}),
+              HasSubstr("needs a pre-charge resistance"));
 }
 
 TEST(DcLink, ChargesThroughAResistanceAsTheExponential) {
@@ -195,6 +202,107 @@ TEST(DcLink, TheChopperDischargesFromItsUpperToItsLowerVoltage) {
     EXPECT_LT(largest_error(u, [&](double t) { return std::max(610.0, 660 * std::exp(-t / 20e-3)); }), 1e-5);
     ASSERT_GT(100 * 25e-6, off_s);
   }
+}
+
+/// From an empty capacitor, by closed form: through R + R_p to the share of u_0, on through R.
+double precharged(const Parameters& p, double t) {
+  const double slow = (p.source_resistance + p.precharge_resistance) * p.capacitance;
+  const double closes = -slow * std::log(1 - p.contactor_share);
+  if (t < closes) return u_0 * -std::expm1(-t / slow);
+  return u_0 *
+         (1 - (1 - p.contactor_share) * std::exp(-(t - closes) / (p.source_resistance * p.capacitance)));
+}
+
+TEST(DcLink, APrechargeResistorChargesTheCapacitorUntilTheContactorCloses) {
+  const Parameters p{100e-6, 0.5, 0, true, 0, 0, 0, 0.0, 5.0, 0.9};
+  for (const Named& each : all_integrators()) {
+    SCOPED_TRACE(each.name);
+    Plant plant = plant_with(p, 0.0);
+    plant.set_inputs(idle());
+    const auto u = voltages(plant, *each.integrator, 200);
+    EXPECT_LT(largest_error(u, [&](double t) { return precharged(p, t); }), 1e-6 * u_0);
+  }
+}
+
+// Whatever the resistances are, they take as much as the capacitor gets, of which 1 % is still on its way.
+TEST(DcLink, HalfOfWhatTheSourceDeliversChargesTheCapacitor) {
+  for (const double inductance : {0.0, 20e-6}) {
+    const Parameters p{100e-6, 0.5, inductance, false, 0, 0, 0, 0.0, 5.0, 0.9};
+    for (const Named& each : all_integrators()) {
+      SCOPED_TRACE(each.name + ", " + std::to_string(inductance) + " H");
+      Plant plant = plant_with(p, 0.0);
+      plant.set_inputs(idle());
+      EXPECT_FALSE(link_of(plant).is_closed());
+      for (int n = 0; n < 400; ++n) ASSERT_TRUE(each.integrator->advance(plant, switching_period_ns));
+      EXPECT_TRUE(link_of(plant).is_closed());
+      const double half = 0.5 * p.capacitance * u_0 * u_0;
+      EXPECT_NEAR(states_of(plant)[Link::resistance], half, 1e-5 * half);
+      EXPECT_NEAR(states_of(plant)[Link::source], 2 * half, 1e-5 * half);
+      EXPECT_NEAR(link_of(plant).stored(states_of(plant)), half, 1e-5 * half);
+    }
+  }
+}
+
+TEST(DcLink, AContactorThatIsHeldOpenNeverClosesAndOneThatIsWeldedIsClosedAtOnce) {
+  const Parameters p{100e-6, 0.5, 0, false, 0, 0, 0, 0.0, 5.0, 0.9};
+  for (const Contactor contactor : {Contactor::held_open, Contactor::welded}) {
+    const bool welded = contactor == Contactor::welded;
+    const double rc = p.capacitance * (p.source_resistance + (welded ? 0 : p.precharge_resistance));
+    FixedStepIntegrator<Plant> integrator;
+    Plant plant = plant_with(p, 0.0);
+    PlantInputs<> inputs = idle();
+    inputs.contactor = contactor;
+    plant.set_inputs(inputs);
+    const auto u = voltages(plant, integrator, 200);
+    EXPECT_LT(largest_error(u, [&](double t) { return u_0 * -std::expm1(-t / rc); }), 1e-6 * u_0);
+  }
+}
+
+// It opens while the capacitor is charged: what follows charges through the resistor again, and the contactor
+// closes as soon as nothing holds it.
+TEST(DcLink, AContactorOpensAndCloses) {
+  const Parameters p{100e-6, 0.5, 0, false, 0, 0, 0, {}, 5.0, 0.9};
+  FixedStepIntegrator<Plant> integrator;
+  Plant plant = plant_with(p, u_0);
+  PlantInputs<> inputs = idle();
+  plant.set_inputs(inputs);
+  EXPECT_TRUE(link_of(plant).is_closed()) << "charged from the beginning";
+  Plant::State x = plant.state();
+  x[Plant::appended] = 100.0;
+  plant.set_state(x);
+  EXPECT_TRUE(link_of(plant).is_closed()) << "however far the voltage falls";
+  inputs.contactor = Contactor::held_open;
+  plant.set_inputs(inputs);
+  EXPECT_NEAR(link_of(plant).current(states_of(plant), u_0), 430 / 5.5, 1e-9);
+  inputs.contactor = Contactor::automatic;
+  plant.set_inputs(inputs);
+  EXPECT_FALSE(link_of(plant).is_closed()) << "not charged";
+  const auto u = voltages(plant, integrator, 200);
+  EXPECT_NEAR(u.back(), u_0, 1e-3);
+}
+
+// The current of the inductance has nowhere to go: its energy is lost, and none of it from the account.
+TEST(DcLink, WhatAnInductanceStoresIsLostWhereTheContactorOpens) {
+  const Parameters p{100e-6, 0.5, 1e-3, false, 0, 0, 0, {}, 5.0, 0.9};
+  FixedStepIntegrator<Plant> integrator;
+  Plant plant = plant_with(p, u_0);
+  PlantInputs<> inputs = idle();
+  plant.set_inputs(inputs);
+  Plant::State x = plant.state();
+  x[Plant::appended] = 300.0;
+  plant.set_state(x);
+  const double before = link_of(plant).stored(states_of(plant));
+  for (int n = 0; n < 8; ++n) ASSERT_TRUE(integrator.advance(plant, switching_period_ns));
+  const double current = link_of(plant).current(states_of(plant), u_0);
+  const double lost = states_of(plant)[Link::resistance];
+  ASSERT_GT(current, 10);
+  inputs.contactor = Contactor::held_open;
+  plant.set_inputs(inputs);
+  EXPECT_NEAR(states_of(plant)[Link::resistance], lost + 0.5 * 1e-3 * current * current, 1e-9);
+  for (int n = 0; n < 100; ++n) ASSERT_TRUE(integrator.advance(plant, switching_period_ns));
+  const auto y = states_of(plant);
+  const double rest = y[Link::source] - y[Link::resistance] - (link_of(plant).stored(y) - before);
+  EXPECT_LT(std::abs(rest), 1e-6 * y[Link::source]);
 }
 
 TEST(DcLink, IsNotValidBelowZeroVolts) {
@@ -393,19 +501,18 @@ TEST(DcLink, FloatAgreesWithDouble) {
   EXPECT_NEAR(plant.u_dc(), 530 * -std::expm1(-1.0), 0.05);
 }
 
-// p/u has no bound where u falls to zero; from a tenth of the first voltage down the current falls with u.
+// p/u has no bound where u falls to zero; from a tenth of the source's voltage down the current falls with u.
 TEST(DcLink, ALossOfTheInverterLeavesAnEmptyLinkAlone) {
-  constexpr double capacitance = 1e-3, first_u = 500, p = 100;
-  const DcLink<double> link{{.capacitance = capacitance, .source_resistance = 0.2}, 5e-3, first_u};
+  constexpr double capacitance = 1e-3, source_u = 500, resistance = 0.2, p = 100;
+  const DcLink<double> link{{.capacitance = capacitance, .source_resistance = resistance}, 5e-3, 0.0};
   const auto current = [&](double u) {
     std::array<double, 5> y{}, dy{};
     y[DcLink<double>::voltage] = u;
-    // The source's voltage is that of the link: no current comes from it.
-    link.derivative({.u_given = u, .inverter_loss = p}, y, dy);
-    return -capacitance * dy[DcLink<double>::voltage];
+    link.derivative({.u_given = source_u, .inverter_loss = p}, y, dy);
+    return (source_u - u) / resistance - capacitance * dy[DcLink<double>::voltage];
   };
-  for (const double u : {500.0, 200.0, 50.0}) EXPECT_NEAR(current(u), p / u, 1e-12);
-  for (const double u : {10.0, 1.0, 1e-3, 0.0}) EXPECT_NEAR(current(u), p / 50 * (u / 50), 1e-12);
+  for (const double u : {500.0, 200.0, 50.0}) EXPECT_NEAR(current(u), p / u, 1e-9);
+  for (const double u : {10.0, 1.0, 1e-3, 0.0}) EXPECT_NEAR(current(u), p / 50 * (u / 50), 1e-9);
 }
 
 }  // namespace

@@ -43,6 +43,22 @@ TEST(VehicleParameters, TorqueOfAllMotorsAcceleratesTheAcceleratedMass) {
   EXPECT_NEAR(accelerated_mass(vehicle, rotor), 200 + 2 * 0.489 / 0.28 / 0.28, 1e-12);
 }
 
+// Torques by the ratio, speeds by it, inertias by its square.
+TEST(VehicleParameters, AGearDividesForcesAndInertias) {
+  VehicleParameters geared = vehicle;
+  geared.gear_ratio = 4;
+  const RoadLoad<> wheel = road_load(vehicle);
+  const RoadLoad<> motor = road_load(geared);
+  for (const double omega : {-40.0, 0.02, 3.0, 40.0})
+    EXPECT_NEAR(motor.torque(4 * omega), wheel.torque(omega) / 4, 1e-12);
+  EXPECT_NEAR(motor.coupled_inertia, wheel.coupled_inertia / 16, 1e-12);
+  EXPECT_NEAR(grade_torque(geared, 0.1), grade_torque(vehicle, 0.1) / 4, 1e-12);
+  // n i τ/r = m_acc i r/i domega_m/dt
+  const double rotor = 0.089;
+  const double acceleration = 10.0 / (rotor + motor.coupled_inertia) * 0.28 / 4;
+  EXPECT_NEAR(acceleration, 2 * 4 * 10.0 / 0.28 / accelerated_mass(geared, rotor), 1e-12);
+}
+
 TEST(VehicleParameters, AreChecked) {
   EXPECT_EQ(VehicleParameters{}.validate(), nullptr);
   EXPECT_FALSE(VehicleParameters{}.is_given());
@@ -51,7 +67,8 @@ TEST(VehicleParameters, AreChecked) {
   for (const auto member :
        {&VehicleParameters::mass, &VehicleParameters::wheel_radius, &VehicleParameters::rolling_coefficient,
         &VehicleParameters::drag_area, &VehicleParameters::air_density, &VehicleParameters::wheel_inertia,
-        &VehicleParameters::standstill_speed}) {
+        &VehicleParameters::standstill_speed, &VehicleParameters::gear_ratio,
+        &VehicleParameters::brake_torque}) {
     for (const double bad : {-1.0, nan}) {
       VehicleParameters v = vehicle;
       v.*member = bad;

@@ -102,7 +102,9 @@ std::string reason_for(const Telemetry<double>& t) {
     case DriveState::init:
       return "waiting for the first valid measurement";
     case DriveState::standby:
-      return t.command_sequence == 0 ? "no valid command yet" : "locked out until a valid disable";
+      if (t.command_sequence == 0) return "no valid command yet";
+      return t.lockout ? "locked out until a valid disable"
+                       : "waiting for the DC link, whose voltage is below capability.ready_voltage_v";
     case DriveState::ready:
       return t.torque_motoring == 0.0 && t.torque_regenerating == 0.0
                  ? "no torque available at this speed and link voltage"

@@ -10,7 +10,7 @@ enum class DeratingCause : std::uint8_t {
   current_limit = 1,  ///< the drive's limit of the stator current
   voltage_limit = 2,  ///< the voltage of the link, or the breakdown torque at a flux below the configured one
   temperature = 3,    ///< the winding's, measured or by its thermal model
-  dc_link_low = 4,    ///< the link voltage, to which motoring power is limited
+  dc_link_low = 4,    ///< the link voltage, to which motoring power is limited, or which STANDBY waits for
   gates_are_off = 5,  ///< GATES_OFF in the contract: the torque is available after an enable
   // The torque is available, and the reference ramps to zero:
   command_timeout = 6,  ///< the last command is too old

@@ -21,13 +21,14 @@ struct CapabilitySetup {
   std::optional<T> low_voltage_zero{};   ///< `zero` of it [V]
   std::optional<T> high_voltage{};       ///< the same for regenerating [V]
   std::optional<T> high_voltage_zero{};  ///< [V]
+  std::optional<T> ready_voltage{};      ///< of the link, `ready_voltage` of the drive [V]
 };
 
 /// resolved: of `TorqueCapability`.
 template <class T, class Parameters>
 void describe(Description& d, CapabilitySetup<T>& setup, const Parameters& resolved) {
   auto& [torque, voltage_use, breakdown_use, base_speed, zero_torque_speed, low_voltage, low_voltage_zero,
-         high_voltage, high_voltage_zero] = setup;
+         high_voltage, high_voltage_zero, ready_voltage] = setup;
   d.derived("torque_nm", torque, resolved.torque,
             {"N·m", 1e-3, 1e5, "largest available torque", Changes::always});
   d.number("voltage_use", voltage_use,
@@ -65,6 +66,11 @@ void describe(Description& d, CapabilitySetup<T>& setup, const Parameters& resol
            {"V", 1, 2e4,
             "link voltage at which that is zero; not set: three quarters of the way to "
             "protection.dc_over_voltage_v",
+            Changes::always});
+  d.number("ready_voltage_v", ready_voltage,
+           {"V", 1, 2e4,
+            "link voltage below which the drive waits in STANDBY while its gates are off (DC_LINK_LOW); not "
+            "set: low_voltage_zero_v, or protection.dc_under_voltage_v where there is no such band",
             Changes::always});
 }
 

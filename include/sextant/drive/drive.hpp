@@ -52,6 +52,7 @@ class Drive {
     typename LinkVoltageBand<T>::Parameters high_voltage{};  ///< for regenerating
     typename TorqueMonitor<T>::Parameters torque_monitor{};
     AntiJerkParameters<T> anti_jerk{};  ///< none by default
+    T ready_voltage{};  ///< of the link, below which STANDBY lasts while the gates are off [V]
 
     [[nodiscard]] const char* validate() const noexcept {
       if (period_ns <= 0) return "the control period must be above zero";
@@ -76,6 +77,8 @@ class Drive {
     [[nodiscard]] const char* validate_bands() const noexcept {
       if (const char* problem = low_voltage.validate()) return problem;
       if (const char* problem = high_voltage.validate()) return problem;
+      if (!(ready_voltage >= T(0) && std::isfinite(ready_voltage)))
+        return "the link voltage from which on the drive is ready must be finite and not below zero";
       if (low_voltage.is_wrong_below(protection.dc_under_voltage)) {
         return "the link voltage without motoring torque must be from the under-voltage trip to below that "
                "from which on it is whole";
@@ -143,7 +146,10 @@ class Drive {
     // A power stage whose first measurement is yet to come has no fault.
     if (state_ == DriveState::init && !usable) measured = {};
     update_state(present_faults(measured, missing_flux, request, command), request, command,
-                 {.measured = usable, .magnetised = flux_ready, .derated = command.derated || lags()});
+                 {.measured = usable,
+                  .supplied = measurement.u_dc >= parameters_.ready_voltage,
+                  .magnetised = flux_ready,
+                  .derated = command.derated || lags()});
 
     const T i_dc = dc_link_mean(measurement);
     if (usable) i_before_ = measurement.i_abc;
@@ -314,7 +320,7 @@ class Drive {
     return faults;
   }
 
-  /// `conditions`: measured, magnetised and derated; the others follow from the rest.
+  /// `conditions`: measured, supplied, magnetised and derated; the others follow from the rest.
   void update_state(FaultSet present, const DriveRequest<T>& request, const SupervisedCommand<T>& command,
                     DriveConditions conditions) noexcept {
     faults_.step(present);
@@ -429,15 +435,18 @@ class Drive {
             .command_counter = request.command.counter,
             .sector = estimate.sector,
             .state = state_,
-            .derating_cause = derating_cause(available.side(command.setpoint, measurement.omega_m), command),
+            .derating_cause = derating_cause(available.side(command.setpoint, measurement.omega_m), command,
+                                             measurement.u_dc),
             .lockout = command.lockout || state_ == DriveState::fault};
   }
 
   /// What makes the torque another than requested. `limit`: that of the side of the setpoint, in whose
   /// direction the drive publishes its limits, and less torque than that makes it DERATED. A torque that lags
-  /// its reference, short of it or beyond it, is the voltage's.
+  /// its reference, short of it or beyond it, is the voltage's. In STANDBY a link of u_dc [V] that is not
+  /// charged is named.
   [[nodiscard]] DeratingCause derating_cause(const LimitedTorque<T>& limit,
-                                             const SupervisedCommand<T>& command) const noexcept {
+                                             const SupervisedCommand<T>& command, T u_dc) const noexcept {
+    if (state_ == DriveState::standby && u_dc < parameters_.ready_voltage) return DeratingCause::dc_link_low;
     if (!gates_are_on(state_)) return DeratingCause::gates_are_off;
     // While the flux builds up zero torque is no ramp of the reference.
     if (makes_torque(state_) && is_ramp_to_zero(command.ramp)) return command.ramp;

@@ -7,6 +7,7 @@ namespace sextant {
 /// Inputs of the state machine in one period.
 struct DriveConditions {
   bool measured{true};      ///< the measurement is valid
+  bool supplied{true};      ///< the link voltage suffices to turn the gates on
   bool trip{false};         ///< a fault is present
   bool fault_reset{false};  ///< a valid reset has arrived
   bool shutdown{false};     ///< shutdown is requested
@@ -27,15 +28,15 @@ struct DriveConditions {
 
 /// The state of the coming period; the first line that applies wins. A trip turns the gates off; INIT ends
 /// with the first valid measurement; FAULT is left by a reset while no fault is present, and then through the
-/// lockout. A shutdown with the gates on
-/// waits for a torque reference of zero.
+/// lockout. STANDBY lasts until the link is charged; once the gates are on its voltage is a matter of the
+/// protections. A shutdown with the gates on waits for a torque reference of zero.
 [[nodiscard]] constexpr DriveState next_state(DriveState state, const DriveConditions& c) noexcept {
   if (state == DriveState::shutdown) return state;
   if (c.shutdown && (c.trip || c.at_zero || !gates_are_on(state))) return DriveState::shutdown;
   if (c.trip) return DriveState::fault;
   if (state == DriveState::init) return c.measured ? DriveState::standby : state;
   if (state == DriveState::fault) return c.fault_reset ? DriveState::standby : state;
-  if (c.lockout) return DriveState::standby;
+  if (c.lockout || (!c.supplied && !gates_are_on(state))) return DriveState::standby;
   if (!c.enable) return DriveState::ready;
   if (state == DriveState::standby) return DriveState::ready;
   if (!c.magnetised && state != DriveState::torque && state != DriveState::derated)

@@ -181,6 +181,8 @@ template <class T>
                                           r.drive.protection.dc_under_voltage);
   r.drive.high_voltage = link_voltage_band(setup.capability.high_voltage, setup.capability.high_voltage_zero,
                                            r.drive.protection.dc_over_voltage);
+  r.drive.ready_voltage = setup.capability.ready_voltage.value_or(
+      std::max(r.drive.low_voltage.zero, r.drive.protection.dc_under_voltage));
   r.drive.motor.optimal_flux = setup.optimal_flux;
   r.drive.anti_jerk = setup.anti_jerk;
   r.drive.torque_monitor =

@@ -109,6 +109,7 @@ class DrivePlant {
     inputs_.speed_slope = inputs.speed_slope;
     inputs_.inverter_loss = inputs.inverter_loss;
     inputs_.duties = inputs.duties;
+    inputs_.contactor = inputs.contactor;
     ++revision_;
     if constexpr (feeds_back) settle_appended();
     if (!bridge_changed) return;
@@ -398,6 +399,8 @@ class DrivePlant {
   [[nodiscard]] T tau_road() const noexcept SEXTANT_NONBLOCKING {
     return feels_road_ ? road_load_.torque(x_[omega]) : T(0);
   }
+  /// The same at a mechanical speed [rad/s], also where the speed is imposed. [N·m]
+  [[nodiscard]] T tau_road_at(T speed) const noexcept SEXTANT_NONBLOCKING { return road_load_.torque(speed); }
   /// Mechanical speed. [rad/s]
   [[nodiscard]] T omega_m() const noexcept SEXTANT_NONBLOCKING { return x_[omega]; }
   /// Mechanical angle, not wrapped. [rad]
@@ -454,7 +457,8 @@ class DrivePlant {
                                      machine_.stator_resistance());
   }
   void note_link_voltage() noexcept SEXTANT_NONBLOCKING {
-    largest_u_dc_ = std::max(largest_u_dc_, u_dc() + T(2) * drops_.threshold_voltage);
+    const T highest = std::max(u_dc(), inputs_.u_dc);  // of a link and its source, which charges it
+    largest_u_dc_ = std::max(largest_u_dc_, highest + T(2) * drops_.threshold_voltage);
   }
   /// The appended system's part of a state.
   static std::span<const T, appended_size> appended_states(const State& x) noexcept SEXTANT_NONBLOCKING {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 
 #include "sextant/core/nonblocking.hpp"
 
@@ -13,6 +14,10 @@ namespace sextant {
 ///   F = m (dv_ref/dt + omega_b (e + 1/T_i ∫e dt)),   e = v_ref − v,   torque = F r/n.
 /// dv_ref/dt is the difference over the last period. The integral is held while the torque is at its limit
 /// and the error pulls further. What slows the vehicle is left to the integral.
+///
+/// With a friction brake the motors brake with what is available of regenerating torque, below
+/// `regeneration_from` with the share v/regeneration_from of it, and the brake does the rest. At rest it
+/// holds the vehicle with all of its torque, until the reference rises.
 class Driver {
  public:
   struct Parameters {
@@ -23,6 +28,8 @@ class Driver {
     double bandwidth{4};                 ///< omega_b of the speed loop [rad/s]
     double integral_time{1};             ///< T_i [s]
     double torque_limit{100};            ///< of each motor, both ways [N·m]
+    double brake_torque{};       ///< largest one of the friction brake, at each motor's shaft; 0: none [N·m]
+    double regeneration_from{};  ///< speed from which on the motors brake with all that they can [m/s]
 
     /// nullptr when usable, else what is wrong.
     [[nodiscard]] const char* validate() const noexcept {
@@ -36,7 +43,12 @@ class Driver {
       if (bandwidth * double(period_ns) * 1e-9 > 1)
         return "the driver's bandwidth is too high for the period";
       if (!above_zero(integral_time)) return "the driver's integral time must be above zero";
-      return above_zero(torque_limit) ? nullptr : "the driver's torque limit must be above zero";
+      if (!above_zero(torque_limit)) return "the driver's torque limit must be above zero";
+      if (!(std::isfinite(brake_torque) && brake_torque >= 0))
+        return "the torque of the friction brake must not be below zero";
+      return std::isfinite(regeneration_from) && regeneration_from >= 0
+                 ? nullptr
+                 : "the speed of full regeneration must not be below zero";
     }
   };
 
@@ -60,12 +72,20 @@ class Driver {
     const double gain = p_.mass * torque_per_force_;
     const double wanted = gain * (acceleration + p_.bandwidth * (error + integral_ / p_.integral_time));
     torque_ = std::clamp(wanted, -p_.torque_limit, p_.torque_limit);
-    if (torque_ == wanted || (wanted > 0) != (error > 0)) integral_ += error * period;
+    bool made = torque_ == wanted;
+    if (p_.brake_torque > 0) made = brake(wanted, v_ref, v);
+    if (made || (wanted > 0) != (error > 0)) integral_ += error * period;
     return torque_;
   }
 
   /// The torque of the last decision. [N·m]
   [[nodiscard]] double torque() const noexcept SEXTANT_NONBLOCKING { return torque_; }
+
+  /// Of the friction brake, by the last decision, at each motor's shaft. [N·m]
+  [[nodiscard]] double brake_torque() const noexcept SEXTANT_NONBLOCKING { return brake_; }
+
+  /// Sets the torque that a motor has available against its rotation. [N·m]
+  void note_regenerating(double torque) noexcept SEXTANT_NONBLOCKING { regenerating_ = torque; }
 
   /// When the next decision is due; before the first, 0. [ns]
   [[nodiscard]] std::int64_t next_decision_ns() const noexcept SEXTANT_NONBLOCKING { return next_ns_; }
@@ -83,13 +103,34 @@ class Driver {
   void reset() noexcept { *this = Driver{p_}; }
 
  private:
+  /// At a speed no larger a vehicle that is to rest does so. [m/s]
+  static constexpr double rest_speed = 0.02;
+
+  /// Divides a torque among motor and brake; false where both together do not make it. [N·m], [m/s]
+  bool brake(double wanted, double v_ref, double v) noexcept SEXTANT_NONBLOCKING {
+    brake_ = 0.0;
+    if (v_ref == 0.0 && std::abs(v) <= rest_speed) {
+      torque_ = integral_ = 0.0;
+      brake_ = p_.brake_torque;
+      return false;
+    }
+    if (wanted * v >= 0.0) return torque_ == wanted;
+    const double faded = p_.regeneration_from > 0 ? std::min(1.0, std::abs(v) / p_.regeneration_from) : 1.0;
+    const double most = faded * std::min(p_.torque_limit, regenerating_);
+    torque_ = std::clamp(wanted, -most, most);
+    brake_ = std::min(p_.brake_torque, std::abs(wanted - torque_));
+    return std::abs(torque_) + brake_ >= std::abs(wanted);
+  }
+
   Parameters p_;
-  double torque_per_force_;  ///< r/n [m]
-  std::int64_t next_ns_{0};  ///< [ns]
-  std::int64_t last_ns_{0};  ///< of the last decision [ns]
-  double last_v_ref_{0};     ///< [m/s]
-  double integral_{0};       ///< of the error [m]
-  double torque_{0};         ///< [N·m]
+  double torque_per_force_;                                       ///< r/n [m]
+  std::int64_t next_ns_{0};                                       ///< [ns]
+  std::int64_t last_ns_{0};                                       ///< of the last decision [ns]
+  double last_v_ref_{0};                                          ///< [m/s]
+  double integral_{0};                                            ///< of the error [m]
+  double torque_{0};                                              ///< [N·m]
+  double brake_{0};                                               ///< [N·m]
+  double regenerating_{std::numeric_limits<double>::infinity()};  ///< available [N·m]
   bool started_{false};
 };
 

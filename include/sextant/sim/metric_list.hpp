@@ -46,6 +46,7 @@ enum class Metric : std::uint8_t {
   energy_load,
   energy_kinetic,
   energy_elastic,
+  energy_brake,
   energy_unaccounted,
   winding_temperature,
   rotor_temperature,
@@ -71,7 +72,7 @@ struct MetricInfo {
   const char* meaning;
 };
 
-inline constexpr std::size_t metric_count = 51;
+inline constexpr std::size_t metric_count = 52;
 
 /// Every metric, in the order of `Metric`. The names are those of summaries and of a scenario's `[expect]`.
 inline constexpr std::array<MetricInfo, metric_count> metric_catalogue{{
@@ -118,7 +119,8 @@ inline constexpr std::array<MetricInfo, metric_count> metric_catalogue{{
      "drawn from the DC link in the window, where plant.inverter.losses has curves, for what switches and "
      "diodes lose beyond their drops, which are in energy_copper_j"},
     {"energy_source_j", "J", "delivered by the source of a link with capacitance in the window"},
-    {"energy_source_loss_j", "J", "lost in the resistance of that source in the window"},
+    {"energy_source_loss_j", "J",
+     "lost in the resistances of that source and of its pre-charge in the window"},
     {"energy_chopper_j", "J", "lost in the brake chopper of that link in the window"},
     {"energy_stored_j", "J",
      "change of the energy in the capacitor of that link and the inductance of its source in the window"},
@@ -129,6 +131,8 @@ inline constexpr std::array<MetricInfo, metric_count> metric_catalogue{{
      "change of the kinetic energy of motor and load, one before and one behind that driveline, in the "
      "window"},
     {"energy_elastic_j", "J", "change of the energy in the twist of that driveline's shaft in the window"},
+    {"energy_brake_j", "J",
+     "turned into heat by the friction brake of a vehicle at one motor in the whole run, where it has acted"},
     {"energy_unaccounted", "1",
      "of the whole run: energy from the link that is neither work nor loss nor field, energy of a link with "
      "capacitance that is neither lost nor stored nor passed on, and work before a driveline that is neither "

@@ -7,6 +7,7 @@
 
 #include "sextant/core/description.hpp"
 #include "sextant/core/nonblocking.hpp"
+#include "sextant/plant/plant_inputs.hpp"
 
 namespace sextant {
 
@@ -24,7 +25,9 @@ enum class PlantFaultKind : std::uint8_t {
   speed_jump,        ///< the speed jumps and stays beside the true one
   encoder_reversed,  ///< speed and angle read with the other sign
   link_stuck,        ///< the link voltage keeps its last reading
-  link_sag           ///< the voltage of the stiff link or of a source falls; not of a sensor
+  link_sag,          ///< the voltage of the stiff link or of a source falls; not of a sensor
+  contactor_open,    ///< the main contactor behind a pre-charge does not close, or opens; not of a sensor
+  contactor_welded   ///< it is closed from the beginning on; not of a sensor
 };
 
 /// One fault, and the time for which it is there. Times count as the profiles of the load do; one that begins
@@ -57,7 +60,10 @@ struct PlantFaultParameters {
   /// True for a fault that changes more than what a sensor reads.
   [[nodiscard]] bool acts_on_plant() const noexcept {
     return kind == PlantFaultKind::cables_swapped || kind == PlantFaultKind::open_phase ||
-           kind == PlantFaultKind::link_sag;
+           kind == PlantFaultKind::link_sag || is_of_contactor();
+  }
+  [[nodiscard]] bool is_of_contactor() const noexcept {
+    return kind == PlantFaultKind::contactor_open || kind == PlantFaultKind::contactor_welded;
   }
 
   /// The same with times that count from t_ns.
@@ -81,6 +87,13 @@ struct PlantFaultParameters {
       if (corner > t_ns) next = std::min(next, corner);
     }
     return next;
+  }
+
+  /// What holds the main contactor at t_ns.
+  [[nodiscard]] Contactor contactor(std::int64_t t_ns) const noexcept SEXTANT_NONBLOCKING {
+    const PlantFaultKind now = kind_at(t_ns);
+    if (now == PlantFaultKind::contactor_open) return Contactor::held_open;
+    return now == PlantFaultKind::contactor_welded ? Contactor::welded : Contactor::automatic;
   }
 
   /// Voltage at t_ns of a link of u_dc. [V]
@@ -108,14 +121,17 @@ inline constexpr Choice<PlantFaultKind> plant_fault_kinds[]{
     {"speed_jump", PlantFaultKind::speed_jump},
     {"encoder_reversed", PlantFaultKind::encoder_reversed},
     {"link_stuck", PlantFaultKind::link_stuck},
-    {"link_sag", PlantFaultKind::link_sag}};
+    {"link_sag", PlantFaultKind::link_sag},
+    {"contactor_open", PlantFaultKind::contactor_open},
+    {"contactor_welded", PlantFaultKind::contactor_welded}};
 
 /// u_dc: of the link without a fault [V], read before.
 inline void describe(Description& d, PlantFaultParameters& p, const double& u_dc) {
   auto& [kind, phase, at_ns, until_ns, drift, jump, sag_voltage, ramp_ns] = p;
   d.choice("kind", kind, plant_fault_kinds,
-           "a sensor's, except for those of the motor cables and the sag of the link itself, or of its "
-           "source where it has a capacitance");
+           "a sensor's, except for those of the motor cables, of the main contactor behind "
+           "plant.link.precharge_ohm, and the sag of the link itself, or of its source where it has a "
+           "capacitance");
   d.choice("phase", phase, {{"a", 0}, {"b", 1}, {"c", 2}},
            "of a fault of one phase; where two are swapped: it and the next one");
   d.time("at_s", at_ns,

@@ -58,6 +58,16 @@ class ScenarioCommands {
   /// Sets the measured speed, for the driver. [rad/s]
   void note_speed(double omega_m) noexcept SEXTANT_NONBLOCKING { omega_m_ = omega_m; }
 
+  /// Sets the torque that the drive has available against the rotation, for a driver with a brake. [N·m]
+  void note_regenerating(double torque) noexcept SEXTANT_NONBLOCKING {
+    if (driver_) driver_->note_regenerating(torque);
+  }
+
+  /// Of the friction brake, by a driver; zero without one. [N·m]
+  [[nodiscard]] double brake_torque() const noexcept SEXTANT_NONBLOCKING {
+    return driver_ ? driver_->brake_torque() : 0.0;
+  }
+
  private:
   Profile profile_;  ///< torque reference [N·m], or the driver's speed reference [m/s]
   std::optional<Driver> driver_{};

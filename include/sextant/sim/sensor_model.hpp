@@ -17,6 +17,7 @@
 #include "sextant/sim/plant_fault.hpp"
 #include "sextant/sim/resolver.hpp"
 #include "sextant/sim/sin_cos_encoder.hpp"
+#include "sextant/sim/temperature_sensor.hpp"
 
 namespace sextant {
 
@@ -34,9 +35,10 @@ struct SensorParameters {
   std::int32_t sampling_lead_ns{};  ///< currents and voltage are sampled so long before a period [ns]
   std::int32_t sampling_skew_ns{};  ///< phase b is sampled so long before c, and a before b [ns]
   EncoderParameters encoder{};
-  ResolverParameters resolver{};      ///< in place of an encoder
-  SinCosEncoderParameters sin_cos{};  ///< in place of both
-  std::uint64_t seed{1};              ///< of the noise [-]
+  ResolverParameters resolver{};              ///< in place of an encoder
+  SinCosEncoderParameters sin_cos{};          ///< in place of both
+  TemperatureSensorParameters temperature{};  ///< of the winding, where it is measured
+  std::uint64_t seed{1};                      ///< of the noise [-]
 
   /// Parameters of the current sensor of phase 0, 1 or 2.
   [[nodiscard]] ConverterParameters current_of(std::size_t phase) const noexcept {
@@ -64,6 +66,7 @@ struct SensorParameters {
     if (const char* problem = encoder.validate()) return problem;
     if (const char* problem = resolver.validate()) return problem;
     if (const char* problem = sin_cos.validate()) return problem;
+    if (const char* problem = temperature.validate()) return problem;
     if (int{encoder.lines > 0} + int{resolver.pole_pairs > 0} + int{sin_cos.periods > 0} > 1)
       return "the shaft has one sensor: only one of encoder.lines, resolver.pole_pairs and sin_cos.periods "
              "may be above 0";
@@ -106,7 +109,7 @@ inline void describe_voltage(Description& d, ConverterParameters& p) {
 
 /// lead_of_drive: the sampling lead that the drive counts on, the default of theirs. [ns]
 inline void describe(Description& d, SensorParameters& p, const std::int32_t& lead_of_drive) {
-  auto& [current, phases, voltage, lead_ns, skew_ns, encoder, resolver, sin_cos, seed] = p;
+  auto& [current, phases, voltage, lead_ns, skew_ns, encoder, resolver, sin_cos, temperature, seed] = p;
   d.integer("seed", seed, "", 0, 1'000'000'000, "of the random noise: the same seed makes the same run");
   d.defaulted_time("sampling_lead_us", lead_ns, lead_of_drive,
                    in_us(0, 1e5,
@@ -134,6 +137,9 @@ inline void describe(Description& d, SensorParameters& p, const std::int32_t& le
   d.enter("sin_cos");
   describe(d, sin_cos);
   d.leave();
+  d.enter("temperature");
+  describe(d, temperature);
+  d.leave();
 }
 
 /// Makes of a true measurement what the sensors read: swapped currents and their drift, converters, the
@@ -150,12 +156,15 @@ class SensorModel {
         encoder_{p.encoder},
         resolver_{p.resolver},
         sin_cos_{p.sin_cos},
+        temperature_{p.temperature},
         noise_{p.seed},
+        temperature_noise_{~p.seed},
         fault_{fault},
         is_noisy_{p.current.noise > 0.0 || p.voltage.noise > 0.0},
         is_ideal_{fault.kind == PlantFaultKind::none && !takes_faults && encoder_.is_ideal() &&
-                  resolver_.is_ideal() && sin_cos_.is_ideal() && voltage_.is_ideal() &&
-                  current_[0].is_ideal() && current_[1].is_ideal() && current_[2].is_ideal()} {}
+                  resolver_.is_ideal() && sin_cos_.is_ideal() && temperature_.is_ideal() &&
+                  voltage_.is_ideal() && current_[0].is_ideal() && current_[1].is_ideal() &&
+                  current_[2].is_ideal()} {}
 
   /// True where `step` changes nothing.
   [[nodiscard]] bool is_ideal() const noexcept SEXTANT_NONBLOCKING { return is_ideal_; }
@@ -186,6 +195,7 @@ class SensorModel {
     if (fault == PlantFaultKind::current_drift)
       i[x] += fault_.drift * double(std::max<std::int64_t>(0, fault_ns - fault_.at_ns)) * 1e-9;
     convert(i, m.u_dc);
+    read_winding(m, t_ns);
     read_shaft(m, theta_m, t_ns);
     if (fault == PlantFaultKind::current_stuck) i[x] = last_current_[x];
     if (fault == PlantFaultKind::current_zero) i[x] = 0.0;
@@ -197,9 +207,17 @@ class SensorModel {
 
  private:
   void convert(std::array<double, 3>& i, double& u_dc) noexcept SEXTANT_NONBLOCKING {
-    const std::uint64_t n = 4 * step_++;
+    const std::uint64_t n = 4 * step_;
     for (std::size_t x = 0; x < 3; ++x) i[x] = current_[x](i[x], is_noisy_ ? noise_(n + x) : 0.0);
     u_dc = voltage_(u_dc, is_noisy_ ? noise_(n + 3) : 0.0);
+  }
+
+  void read_winding(Measurement<double>& m, std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING {
+    const std::uint64_t n = step_++;
+    if (!m.winding_temperature || temperature_.is_ideal()) [[likely]]
+      return;
+    const double noise = temperature_.is_noisy() ? temperature_noise_(n) : 0.0;
+    m.winding_temperature = temperature_.step(*m.winding_temperature, t_ns, noise);
   }
 
   /// Of a larger angle, or NaN, edges cannot be counted; nor within a second at a larger speed. [rad, rad/s]
@@ -236,7 +254,9 @@ class SensorModel {
   Encoder encoder_;
   Resolver resolver_;
   SinCosEncoder sin_cos_;
+  TemperatureSensor temperature_;
   NormalNoise noise_;
+  NormalNoise temperature_noise_;  ///< of another seed: the others' samples stay where they are
   PlantFaultParameters fault_;
   bool is_noisy_;
   bool is_ideal_;

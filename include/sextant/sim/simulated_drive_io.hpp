@@ -24,6 +24,7 @@
 #include "sextant/plant/tied_segments.hpp"
 #include "sextant/sim/dead_time.hpp"
 #include "sextant/sim/faultable_drive_io.hpp"
+#include "sextant/sim/friction_brake.hpp"
 #include "sextant/sim/mechanical_load.hpp"
 #include "sextant/sim/plant_fault.hpp"
 #include "sextant/sim/pulse_filter.hpp"
@@ -74,6 +75,8 @@ struct SimulatedDriveIoParameters {
       return "the minimum pulse must be zero or at least the dead time: a shorter pulse turns no switch on";
     }
     if (const char* problem = sensors.validate()) return problem;
+    if (!TemperatureSensor{sensors.temperature}.is_ideal() && !measures_winding_temperature)
+      return "a temperature sensor with errors needs the winding's temperature to be measured";
     if (sensors.sampling_lead_ns > period_ns) return "the sampling lead must not exceed the control period";
     if (sensors.sampling_skew_ns > (period_ns - sensors.sampling_lead_ns) / 2)
       return "the sampling lead and twice the skew must not exceed the control period";
@@ -194,18 +197,28 @@ class SimulatedDriveIo final : public FaultableDriveIo {
     integrator_.reset();
   }
 
+  /// Torque of a friction brake on the motor's shaft, not below zero, from now on. Not for a shaft whose
+  /// speed is imposed, or with a load behind a driveline. [N·m]
+  void set_brake(double torque) noexcept SEXTANT_NONBLOCKING { brake_.set(torque); }
+
+  /// What that brake has turned into heat; empty where it has never been used. [J]
+  [[nodiscard]] const std::optional<double>& brake_energy() const noexcept SEXTANT_NONBLOCKING {
+    return brake_.energy();
+  }
+
   [[nodiscard]] const Plant& plant() const noexcept SEXTANT_NONBLOCKING { return plant_; }
 
   /// The applied segments of the last read with the plant's states.
   [[nodiscard]] const Log& log() const noexcept SEXTANT_NONBLOCKING { return log_; }
 
-  /// Load torque at the plant's present time, a vehicle's included: on the shaft, or on the load behind a
-  /// `Driveline`, then referred to the motor's shaft. [N·m]
+  /// Load torque at the plant's present time, those of a vehicle and of its brake included: on the shaft, or
+  /// on the load behind a `Driveline`, then referred to the motor's shaft. [N·m]
   [[nodiscard]] double tau_l() const noexcept SEXTANT_NONBLOCKING {
     const double given = load_.torque(load_time(plant_t_ns_));
     if constexpr (has_driveline)
       return part_of<Driveline<double>>(plant_.appended_system()).load_torque(driveline_states(), given);
-    return given + plant_.tau_road();
+    if (brake_.action().holds) return plant_.tau_e();
+    return given + plant_.tau_road() + brake_.action().torque;
   }
 
   /// Speed of the load at the plant's present time, referred to the motor's shaft: behind a `Driveline` its
@@ -356,6 +369,7 @@ class SimulatedDriveIo final : public FaultableDriveIo {
     const bool is_open = fault.kind_at(fault_ns) == PlantFaultKind::open_phase;
     plant_.open_phase(is_open ? fault.phase : Inverter<typename Plant::Scalar>::no_phase);
     u_dc_ = fault.link_voltage(parameters_.u_dc, fault_ns);
+    contactor_ = fault.contactor(fault_ns);
     const std::int64_t corner_ns = fault.next_corner_ns(fault_ns);
     next_stop_ns_ = corner_ns == never_ns ? never_ns : plant_t_ns_ + (corner_ns - fault_ns);
     for (int phase = 0; phase < 3; ++phase) {
@@ -486,7 +500,9 @@ class SimulatedDriveIo final : public FaultableDriveIo {
     PlantInputs<double> inputs{state, acting_u_dc(begin_ns + duration_ns / 2),
                                load_.torque(begin_ns + duration_ns / 2), load_.imposes_speed(), 0.0};
     inputs.duties = duties_;
-    if (inputs.imposed_speed) {
+    if (brake_.acts()) [[unlikely]]
+      brake(inputs);
+    if (load_.imposes_speed()) {
       const double duration_s = double(duration_ns) * 1e-9;
       // To where the piece leads, not to what a jump at its end makes of it.
       const double end_speed = load_.speed(begin_ns) + load_.speed_slope(begin_ns) * duration_s;
@@ -495,8 +511,19 @@ class SimulatedDriveIo final : public FaultableDriveIo {
     }
     if constexpr (moves_link_voltage<typename Plant::AppendedType>) {
       if (losses_ != nullptr) inputs.inverter_loss = losses_->drawn_power();
+      inputs.contactor = contactor_;
     }
     plant_.set_inputs(inputs);
+  }
+
+  /// What the brake does over a piece.
+  void brake(PlantInputs<double>& inputs) noexcept {
+    const double speed = plant_.omega_m();
+    const double other = plant_.tau_e() - inputs.tau_l - plant_.tau_road_at(speed);
+    const FrictionBrake::Action action = brake_.step(plant_t_ns_, speed, other);
+    inputs.tau_l += action.torque;
+    inputs.imposed_speed = action.holds;
+    if (action.holds && speed != 0.0) plant_.set_speed(0.0);
   }
 
   /// Link voltage over a piece whose middle is at `middle_ns` as the profiles of the load count. [V]
@@ -526,6 +553,7 @@ class SimulatedDriveIo final : public FaultableDriveIo {
   PulseFilter pulse_filter_;
   DeadTime dead_time_;
   SensorModel sensors_;
+  FrictionBrake brake_{};
   bool ties_;       ///< legs have dead time or thresholds, over which the integrator can go
   bool may_tie_{};  ///< and no current has changed its sign since the read began
   bool has_stops_;  ///< the plant stops at other instants than those of gates and load
@@ -541,6 +569,7 @@ class SimulatedDriveIo final : public FaultableDriveIo {
   std::array<double, 3> sampled_current_{};  ///< [A]
   double sampled_u_dc_{};                    ///< [V]
   double u_dc_{};                            ///< of the stiff link, or of the source, at the same time [V]
+  Contactor contactor_{Contactor::automatic};  ///< of a link with pre-charge, at the same time
   bool started_{false};
   bool failed_{false};
 };

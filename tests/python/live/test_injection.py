@@ -63,7 +63,7 @@ def test_a_running_drive_trips_by_each_injected_fault_and_returns(live_bus: str,
         assert "open_phase" in str(refused.value)
         with pytest.raises(sextant.UserError, match="unknown key"):
             sextant.inject(drive.socket, "none", seed=3)
-        with pytest.raises(sextant.UserError, match=r'"link_sag", got "cables_swapped"'):
+        with pytest.raises(sextant.UserError, match=r'"contactor_welded", got "cables_swapped"'):
             inject.main([str(drive.socket), "cables_swapped"])
         vcu.run(0.1)
         assert vcu.state == "TORQUE", "what is refused changes nothing"
