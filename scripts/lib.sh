@@ -13,12 +13,12 @@ declare -A self_tests=(
   [tidy]='.clang-tidy scripts/clang_tools.sh tests/tidy'
   [function_effects]='scripts/clang_tools.sh tests/nonblocking'
   [control_thread_audit]=tests/audit
-  [paper]='scripts/command scripts/sextant_py/check_paper.py'
+  [paper]='scripts/command scripts/studies/paper/check_paper.py'
   [sanitizers]=tests/sanitizers
   [rtsan]='scripts/clang_tools.sh tests/audit'
-  [instructions]='scripts/sextant_py/instructions.py tests/bench/instruction_probe.cpp'
+  [instructions]='scripts/studies/bench/instructions.py tests/bench/instruction_probe.cpp'
   [coverage]=''
-  [cortex_m]='scripts/sextant_py/cortex_m.py scripts/sextant_py/golden.py tests/cortex_m'
+  [cortex_m]='scripts/studies/microcontroller/cortex_m.py scripts/studies/microcontroller/golden.py tests/cortex_m'
 )
 
 say() { printf '%s\n' "$*"; }
@@ -89,12 +89,24 @@ need_python() {
   [ -x "$sextant_python" ] || die "the Python packages are not installed yet; scripts/setup does it."
 }
 
-# run_module MODULE [ARGUMENTS...]: becomes a program of scripts/sextant_py.
+# module_of NAME: the module of a program, of scripts/sextant_py or a study; fails where none is called so.
+module_of() {
+  local file
+  for file in "$sextant_root"/scripts/{sextant_py,studies/*}/"$1"{.py,/__main__.py}; do
+    grep -qs '__name__ == "__main__"' "$file" || continue
+    file=${file#"$sextant_root/scripts/"} file=${file%.py} file=${file%/__main__}
+    printf '%s\n' "${file//\//.}" && return
+  done
+  return 1
+}
+
+# run_module NAME [ARGUMENTS...]: becomes the program.
 run_module() {
   need_python
-  local module=$1
+  local module
+  module=$(module_of "$1") || die "no program is called \"$1\"."
   shift
-  PYTHONPATH=$sextant_root/scripts${PYTHONPATH:+:$PYTHONPATH} exec "$sextant_python" -m "sextant_py.$module" "$@"
+  PYTHONPATH=$sextant_root/scripts${PYTHONPATH:+:$PYTHONPATH} exec "$sextant_python" -m "$module" "$@"
 }
 
 # mil_module MODULE [ARGUMENTS...]: as run_module; builds the release's sextant-mil first, or for a live drive sextant-ecu,

@@ -4,6 +4,7 @@
 #include <csignal>
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 #include <string>
 #include <system_error>
 
@@ -13,6 +14,11 @@
 #include "common/exit_status.hpp"
 
 namespace sextant {
+
+/// The file name of the program that runs, for its messages; `otherwise` where it is not known.
+[[nodiscard]] inline std::string program_name(int argc, char** argv, const char* otherwise) {
+  return argc > 0 ? std::filesystem::path{argv[0]}.filename().string() : otherwise;
+}
 
 /// The status of a program that has run: `failed` where a problem ended it, whose sentence goes to stderr.
 [[nodiscard]] inline int status_after(const char* name, const std::string& problem) {

@@ -61,11 +61,6 @@ of what runs.
 Exit status, by the verdict of the run; of several runs, the one of them that stands first here:
 {1})";
 
-/// The file name of the program that runs, for its messages.
-std::string program_name(int argc, char** argv) {
-  return argc > 0 ? std::filesystem::path{argv[0]}.filename().string() : "sextant-mil";
-}
-
 /// The texts must outlive it.
 sextant::CommandLine command_line(const std::string& program, const std::string& help, Options& options) {
   sextant::CommandLine line{
@@ -279,7 +274,7 @@ int run(const std::string& program, Options options, const sextant::ControlMetho
 
 int sextant::mil_program(int argc, char** argv, const ControlMethods& own) {
   Options options;
-  const std::string program = program_name(argc, argv);
+  const std::string program = program_name(argc, argv, "sextant-mil");
   const std::string help = fmt::format(notes, program, sextant::reports::verdict_status_table());
   CommandLine line = command_line(program, help, options);
   line.refused = [&](const std::string& why) {

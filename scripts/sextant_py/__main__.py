@@ -6,39 +6,18 @@ import importlib.metadata
 import sys
 import tomllib
 
-from . import completion
+from . import completion, shell_request
+from .commands import COMMANDS
 from .errors import REFUSED, run
 from .paths import IS_CHECKOUT, ROOT
-
-COMMANDS = {
-    "vcu": "plays a torque profile to a drive over CAN",
-    "monitor": "shows the telemetry of the drives on the network",
-    "dashboard": "serves a page with the live telemetry of the drives",
-    "record": "records the telemetry of one drive",
-    "convert": "converts recordings between file formats",
-    "playback": "plays a recording over DDS and CAN",
-    "scope": "captures the waveform around a trigger",
-    "plot": "draws a trace or a recording",
-    "compare": "compares two runs metric by metric",
-    "report": "makes a page for people from runs and recordings",
-    "expect": "evaluates a recording by the limits of a scenario",
-    "sweep": "runs a scenario at many points of its configuration",
-    "nameplate": "makes machine, limits and configurations of a drive from a name plate",
-    "identify": "measures inverter and stator at standstill, for the drive",
-    "inject": "gives a running simulated plant a fault",
-    "set": "sets parameters of a running drive",
-    "get": "shows parameters of a running drive",
-    "completion": "prints what a shell needs to complete these commands",
-    "rt_check": "says what keeps this machine from hard real time",
-}
 
 
 def answer_shell() -> None:
     """Completes the line of a shell: a command, or what the command takes."""
-    name = completion.command_of_request(COMMANDS)
+    name = completion.command_of_request()
     if name:
         run(name, importlib.import_module(f"sextant_py.{name}").main)
-    completion.answer_request()
+    shell_request.answer_request()
     parser = argparse.ArgumentParser(prog="sextant")
     parser.add_argument("command", choices=COMMANDS if name is None else ())
     parser.parse_args()
@@ -51,7 +30,7 @@ def version() -> str:
 
 
 def command() -> None:
-    if completion.is_requested():
+    if shell_request.is_requested():
         answer_shell()
     name = sys.argv[1] if len(sys.argv) > 1 else ""
     if name in COMMANDS:

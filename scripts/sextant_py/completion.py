@@ -3,12 +3,11 @@
 import argparse
 import os
 import sys
-from typing import Any
 
+from .commands import COMMANDS
 from .errors import run
 from .paths import ROOT
-
-REQUESTED = "_ARGCOMPLETE"  # set by the shell that asks for completions
+from .shell_request import REQUESTED
 
 EXAMPLES = """examples:
   eval "$(sextant completion bash)"             of the installed command, in ~/.bashrc
@@ -16,27 +15,7 @@ EXAMPLES = """examples:
   source <(scripts/completion zsh)              for zsh, after compinit"""
 
 
-def answer_request() -> None:
-    """Lets the next parser that is asked to parse answer the shell and end the program."""
-    import argcomplete
-
-    names = ("parse_known_args", "parse_known_intermixed_args")
-    kept = {name: getattr(argparse.ArgumentParser, name) for name in names}
-
-    def answer(parser: argparse.ArgumentParser, *_: Any, **__: Any) -> None:
-        for name, function in kept.items():
-            setattr(argparse.ArgumentParser, name, function)
-        argcomplete.autocomplete(parser)
-
-    for name in kept:
-        setattr(argparse.ArgumentParser, name, answer)
-
-
-def is_requested() -> bool:
-    return REQUESTED in os.environ
-
-
-def command_of_request(commands: dict[str, str]) -> str | None:
+def command_of_request() -> str | None:
     """The command after `sextant` of the line to be completed; None while it is being typed.
 
     Whatever precedes the command's own arguments is then passed over.
@@ -45,14 +24,12 @@ def command_of_request(commands: dict[str, str]) -> str | None:
     words = line.split()
     if len(words) > 2 or (len(words) == 2 and line.endswith(" ")):
         os.environ[REQUESTED] = "2"
-        return words[1] if words[1] in commands else ""
+        return words[1] if words[1] in COMMANDS else ""
     return None
 
 
 def programs() -> list[str]:
     """`sextant` where it is installed; in a checkout the programs of scripts/ that are argparse's."""
-    from .__main__ import COMMANDS
-
     scripts = ROOT / "scripts"
     here = [name for name in COMMANDS if os.access(scripts / name, os.X_OK)]
     return ["sextant", *(f"{prefix}scripts/{name}" for name in here for prefix in ("", "./"))]

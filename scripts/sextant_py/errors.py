@@ -8,6 +8,8 @@ import sys
 from collections.abc import Callable
 from contextlib import suppress
 
+from . import shell_request
+
 FAILED = 1  # exit status of a command that a problem has ended
 REFUSED = 2  # of one that has not run: the command, a file or a key is wrong, or the machine lacks what it needs
 
@@ -93,10 +95,8 @@ def run(program: str, main: Callable[[list[str]], int]) -> None:
     A shell that asks for completions is answered instead. SIGTERM ends it as Ctrl-C does. Ctrl-C is taken even where a
     shell started the program in the background. Where a terminal or a file takes no UTF-8, what it lacks becomes "?".
     """
-    if "_ARGCOMPLETE" in os.environ:
-        from .completion import answer_request
-
-        answer_request()
+    if shell_request.is_requested():
+        shell_request.answer_request()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.default_int_handler)
     for stream in (sys.stdout, sys.stderr):

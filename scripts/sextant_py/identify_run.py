@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import torque_map_file
+from .drive_file import machine_of, of_the_drive, read
 from .errors import EndedError, UserError
 from .identify_fit import Level
 from .identify_impedance import Block, Timing
@@ -18,11 +18,11 @@ from .identify_inertia import fit as fit_inertia
 from .identify_machine import InverseGamma, TCircuit, estimate_of
 from .identify_no_load import NoLoad, current_along
 from .identify_no_load import fit as fit_no_load
+from .short_run import SHORT, known_keys, scenario_text
 from .sweep_file import Settings
 from .sweep_point import clean_reason, read_summary
 from .sweep_reader import set_words
 from .telemetry_contract import enumerators
-from .torque_map_drive import SHORT, Drive, summary_of
 
 CONTROL = "control.commissioning."
 LEVELS, TONES, NO_LOAD, INERTIA = "levels", "tones", "no_load", "inertia"
@@ -94,16 +94,11 @@ class MilPlant(Plant):
 
 def scenario_of(file: Path, mil: Path, directory: Path) -> Path:
     """The drive of the file as a scenario without torque."""
-    found = torque_map_file.read(file)
-    machine = {key.removeprefix("machine."): value for key, value in found.items() if key.startswith("machine.")}
-    if not machine:
-        raise UserError(f'{file} names no machine: [machine] with file = "…" or with its values is needed.')
-    given = {f"machine.{key}": value for key, value in machine.items()}
+    found = read(file)
+    given = {f"machine.{key}": value for key, value in machine_of(found, file).items()}
+    kept, _ = of_the_drive(found, known_keys(mil, directory, given), file)
     scenario = directory / "identify.toml"
-    scenario.write_text(Drive("identify", given, machine, set()).scenario(), encoding="utf-8")
-    known = set(summary_of(mil, scenario, SHORT)["configuration"])
-    kept, _ = torque_map_file.of_the_drive(found, known, file)
-    scenario.write_text(Drive("identify", given | kept, machine, known).scenario(), encoding="utf-8")
+    scenario.write_text(scenario_text(given | kept, "identify"), encoding="utf-8")
     return scenario
 
 

@@ -5,8 +5,8 @@ import re
 from pathlib import Path
 
 from . import nameplate_files, nameplate_page, nameplate_plate
+from .control_methods import METHODS
 from .errors import UserError, run
-from .machine_library_points import METHODS
 from .nameplate_limits import OVERLOAD, limits_of
 from .nameplate_report import report
 from .nameplate_spread import variants

@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "bare_key.hpp"
 #include "number_text.hpp"
 #include "sextant/sim/trace_recorder.hpp"
 
@@ -16,12 +17,6 @@ namespace {
 template <class... C>
 ControlMethods methods_of(std::tuple<C...>* /*list*/) {
   return {control_method<C>()...};
-}
-
-bool is_bare_key(const std::string& name) {
-  return !name.empty() && std::all_of(name.begin(), name.end(), [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
-  });
 }
 
 bool is_shared_key(const std::string& name) {

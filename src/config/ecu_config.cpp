@@ -1,6 +1,11 @@
 #include "sextant/config/ecu_config.hpp"
 
+#include <array>
+#include <stdexcept>
 #include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 #include "sextant/config/sensor_config.hpp"
 
@@ -20,9 +25,72 @@ std::string check_wake_period(const EcuConfig& c) {
   return {};
 }
 
+struct PowerStageName {
+  std::string_view name;
+  PowerStageKind kind;
+};
+
+constexpr std::array power_stage_names{PowerStageName{"simulated", PowerStageKind::simulated},
+                                       PowerStageName{"shared_memory", PowerStageKind::shared_memory},
+                                       PowerStageName{"udp", PowerStageKind::udp}};
+
+std::string power_stage_name(const EcuConfig& c) {
+  for (const PowerStageName& known : power_stage_names) {
+    if (known.kind == c.power_stage) return std::string{known.name};
+  }
+  return c.own_name;
+}
+
+void choose_power_stage(EcuConfig& c, std::string_view name) {
+  c.power_stage = PowerStageKind::own;
+  for (const PowerStageName& known : power_stage_names) {
+    if (known.name == name) c.power_stage = known.kind;
+  }
+  c.own_name = c.power_stage == PowerStageKind::own ? name : std::string_view{};
+}
+
+void describe_power_stage(Section root, EcuConfig& c) {
+  std::vector<std::string> names;
+  for (const PowerStageName& known : power_stage_names) names.emplace_back(known.name);
+  std::string meaning = "a plant in this process, in another one of this machine, or on another machine";
+  for (const auto& own : c.own_power_stages) {
+    names.emplace_back(own->name());
+    meaning += "; " + names.back() + ": " + own->meaning();
+  }
+  root.add("power_stage", "", meaning.c_str(),
+           ChoiceField{std::move(names), [&c] { return power_stage_name(c); },
+                       [&c](std::string_view name) { choose_power_stage(c, name); }});
+}
+
+void describe_own_power_stages(Section root, EcuConfig& c) {
+  for (auto& own : c.own_power_stages) {
+    Section table = root.section(own->name());
+    own->describe_table(table, c.drive.control);
+    table.optional([&c, name = std::string{own->name()}] { return c.own_name == name; });
+  }
+}
+
+/// What of [plant] would change the simulated plant, as a power stage that the program brings has none.
+bool shapes_simulated_plant(const SimulatedPowerStage::Parameters& p) {
+  return p.io.measures_angle || p.io.measures_winding_temperature || !is_ideal(p.io) || p.plant.drops.act() ||
+         p.link.acts() || p.thermal.acts() || p.losses.acts() || p.driveline.acts() ||
+         p.plant.initial.speed != 0 || p.plant.initial.rotor_flux != 0;
+}
+
+std::string check_own_power_stage(const EcuConfig& c) {
+  if (shapes_simulated_plant(c.drive.plant)) {
+    return "power_stage = \"" + c.own_name +
+           "\" leaves the simulated plant out: leave its sensors, inverter, faults, link, thermal model, "
+           "driveline and initial state out of [plant]";
+  }
+  if (c.waits_for_drive() || c.realtime.wake_every_periods == 1) return {};
+  return "power_stage = \"" + c.own_name + "\" does not wait: realtime.wake_every_periods must be 1";
+}
+
 /// A power stage that does not wait for the drive receives one pattern a wake-up and applies it a period
 /// later.
 std::string check_power_stage(const EcuConfig& c) {
+  if (c.power_stage == PowerStageKind::own) return check_own_power_stage(c);
   const bool elsewhere = c.power_stage != PowerStageKind::simulated;
   if (c.power_stage == PowerStageKind::udp && c.hil.pacing == Pacing::lockstep) {
     return "pacing = \"lockstep\" needs power_stage = \"shared_memory\": datagrams get lost";
@@ -65,14 +133,31 @@ std::string check_power_stage(const EcuConfig& c) {
 
 }  // namespace
 
+const OwnPowerStage& EcuConfig::own_power_stage() const {
+  for (const auto& own : own_power_stages) {
+    if (own->name() == own_name) return *own;
+  }
+  throw std::logic_error("there is no power stage \"" + own_name + "\"");
+}
+
+bool EcuConfig::waits_for_drive() const {
+  switch (power_stage) {
+    case PowerStageKind::simulated:
+      return true;
+    case PowerStageKind::own:
+      return own_power_stage().waits_for_drive();
+    case PowerStageKind::shared_memory:
+    case PowerStageKind::udp:
+      break;
+  }
+  return hil.pacing == Pacing::lockstep;
+}
+
 void describe(Section root, EcuConfig& c) {
   root.integer("drive_id", c.drive_id, "", 0, 65'535, "key of a drive among those of a DDS domain");
-  root.choice("power_stage", c.power_stage,
-              {{"simulated", PowerStageKind::simulated},
-               {"shared_memory", PowerStageKind::shared_memory},
-               {"udp", PowerStageKind::udp}},
-              "a plant in this process, in another one of this machine, or on another machine");
+  describe_power_stage(root, c);
   describe(root, c.drive);
+  describe_own_power_stages(root, c);
   check_simulated_plant(root, c.drive, [&c] { return c.power_stage == PowerStageKind::simulated; });
   Section hil = root.section("hil");
   describe_parameters(hil, c.hil);

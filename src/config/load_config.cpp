@@ -60,8 +60,10 @@ Config with_methods(const ControlMethods& own) {
   return config;
 }
 
-EcuConfig load_ecu(Layer layer, const std::vector<std::string>& overrides, const ControlMethods& own = {}) {
-  return load(std::move(layer), overrides, drive_sections, with_methods<EcuConfig>(own));
+EcuConfig load_ecu(Layer layer, const std::vector<std::string>& overrides, const EcuExtensions& own) {
+  auto config = with_methods<EcuConfig>(own.methods);
+  config.own_power_stages = checked(own.power_stages);
+  return load(std::move(layer), overrides, drive_sections, std::move(config));
 }
 
 /// The keys of a file of several drives that count for the process: those of the file without its drives, and
@@ -86,6 +88,8 @@ template <class Config>
 std::string printed(Config config) {
   Config defaults;
   if constexpr (requires { config.drive.methods; }) defaults.drive.methods = untouched(config.drive.methods);
+  if constexpr (requires { config.own_power_stages; })
+    defaults.own_power_stages = untouched(config.own_power_stages);
   return print(schema_of(config), schema_of(defaults));
 }
 
@@ -109,19 +113,20 @@ std::string json_of(Config config) {
 }  // namespace
 
 EcuConfig load_ecu_config(const std::string& file, const std::vector<std::string>& overrides,
-                          const ControlMethods& own) {
+                          const EcuExtensions& own) {
   return load_ecu(read_layer(file), overrides, own);
 }
 
 EcuConfig load_ecu_config_text(const std::string& text, const std::string& name,
-                               const std::vector<std::string>& overrides) {
-  return load_ecu(text_layer(text, name), overrides);
+                               const std::vector<std::string>& overrides, const EcuExtensions& own) {
+  return load_ecu(text_layer(text, name), overrides, own);
 }
 
-DrivesConfig load_drives_config(const std::string& file, const std::vector<std::string>& overrides) {
+DrivesConfig load_drives_config(const std::string& file, const std::vector<std::string>& overrides,
+                                const EcuExtensions& own) {
   Layer layer = read_layer(file);
   const toml::node* const found = layer.table.get(drive_tables);
-  if (found == nullptr || !found->is_array()) return {.drives = {load_ecu(std::move(layer), overrides)}};
+  if (found == nullptr || !found->is_array()) return {.drives = {load_ecu(std::move(layer), overrides, own)}};
   if (!found->is_array_of_tables())
     throw ConfigError{{layer.problem(found, drive_tables, "expected [[drive]] tables, one to eight")}};
   toml::array tables = std::move(*layer.table.get(drive_tables)->as_array());
@@ -130,7 +135,7 @@ DrivesConfig load_drives_config(const std::string& file, const std::vector<std::
   DrivesConfig config = load_process(std::move(layer), of_drives);
   for (toml::node& table : tables) {
     const auto line = static_cast<int>(table.source().begin.line);
-    config.drives.push_back(load_ecu({file, "", false, std::move(*table.as_table())}, of_drives));
+    config.drives.push_back(load_ecu({file, "", false, std::move(*table.as_table())}, of_drives, own));
     if (std::string problem = check_last_drive(config); !problem.empty())
       throw ConfigError{{{file, line, drive_tables, std::move(problem)}}};
   }

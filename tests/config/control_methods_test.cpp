@@ -132,7 +132,7 @@ TEST(ControlMethods, OfAProgramAreChosenByNameAndReadTheirTable) {
 }
 
 TEST(ControlMethods, OfAnEcuAreReadInTheSameWay) {
-  const EcuConfig c = load_ecu_config(shipped_ecu, {"control.controller=own", "control.own.gain=1"}, own);
+  const EcuConfig c = load_ecu_config(shipped_ecu, {"control.controller=own", "control.own.gain=1"}, {own});
   EXPECT_EQ(c.drive.method().name(), "own");
   EXPECT_THAT(print_config(c),
               HasSubstr("\n[control.own]\ngain = 1  # of its loop; a number from 0 to 10; default 2\n"));
@@ -142,7 +142,7 @@ TEST(ControlMethods, SayWhetherTheirMeanTorqueMeetsItsReference) {
   const auto holds = [](const std::vector<std::string>& overrides) {
     const ControlMethods methods{control_method<OwnController>(),
                                  control_method<elsewhere::TrimmedController>()};
-    return make_controller(load_ecu_config(shipped_ecu, overrides, methods).drive)->holds_mean_torque();
+    return make_controller(load_ecu_config(shipped_ecu, overrides, {methods}).drive)->holds_mean_torque();
   };
   for (const std::string name : {"foc", "pwm_dtc", "feedback_linearisation", "deadbeat"})
     EXPECT_TRUE(holds({"control.controller=" + name})) << name;

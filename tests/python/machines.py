@@ -2,7 +2,7 @@
 
 import math
 
-from sextant_py.random_machines import Machine, random_machine, random_machines
+from studies.machine_library.random_machines import Machine, random_machine, random_machines
 
 __all__ = ["Machine", "published", "random_machine", "random_machines"]
 

@@ -19,6 +19,15 @@ def program(name: str) -> Path:
     raise FileNotFoundError(f"{name} is in none of {', '.join(map(str, places))}; SEXTANT_BIN names its directory")
 
 
+def modules_called(name: str) -> list[str]:
+    """The modules of that name in scripts/sextant_py and in the folders of scripts/studies."""
+    scripts = ROOT / "scripts"
+    folders = [scripts / "sextant_py", *sorted(path for path in (scripts / "studies").iterdir() if path.is_dir())]
+    found = [folder / name for folder in folders]
+    found = [file for file in found if file.with_suffix(".py").is_file() or (file / "__main__.py").is_file()]
+    return [".".join(file.relative_to(scripts).parts) for file in found]
+
+
 def overrides(settings: Iterable[str]) -> list[str]:
     """key=value…, as the programs take them."""
     return [word for setting in settings for word in ("--set", setting)]

@@ -8,12 +8,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from sextant_py.bench import gates, live, live_runs
-from sextant_py.bench.figure import MET, MISSED, NOT_MEASURED, PUBLISHED, Figure, NotMeasurableError
-from sextant_py.bench.google import GoogleResult
-from sextant_py.bench.histogram import Histogram
-from sextant_py.bench.lab import Lab
 from sextant_py.errors import UserError
+from studies.bench import gates, live, live_runs
+from studies.bench.figure import MET, MISSED, NOT_MEASURED, PUBLISHED, Figure, NotMeasurableError
+from studies.bench.google import GoogleResult
+from studies.bench.histogram import Histogram
+from studies.bench.lab import Lab
 
 
 def measured(part: str, measure: Callable[[], gates.Values]) -> dict[str, Figure]:

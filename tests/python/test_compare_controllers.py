@@ -3,11 +3,25 @@
 import subprocess
 
 import pytest
-from sextant_py import compare_controllers, controller_cases, controller_cost, controller_figures, controller_page
-from sextant_py.bench import speed
-from sextant_py.controller_bench import Record, Results, common_period
 from sextant_py.errors import UserError
 from sextant_py.paths import ROOT
+from studies.bench import speed
+from studies.controllers import (
+    cases as controller_cases,
+)
+from studies.controllers import (
+    compare_controllers,
+)
+from studies.controllers import (
+    cost as controller_cost,
+)
+from studies.controllers import (
+    figures as controller_figures,
+)
+from studies.controllers import (
+    page as controller_page,
+)
+from studies.controllers.measure import Record, Results, common_period
 
 
 def test_help_has_examples() -> None:
@@ -44,7 +58,7 @@ def test_every_case_sets_the_delay_and_one_method_s_own_keys_alone() -> None:
 
 def test_the_committed_page_is_that_of_its_results(tmp_path) -> None:
     (tmp_path / "images").mkdir()
-    results = Results.load(ROOT / "docs/controllers.json")
+    results = Results.load(compare_controllers.RESULTS)
     controller_page.write(results, tmp_path)
     committed = (ROOT / "docs/controllers.md").read_text(encoding="utf-8")
     assert (tmp_path / "controllers.md").read_text(encoding="utf-8") == committed
@@ -78,8 +92,8 @@ def test_the_flux_error_is_half_of_its_range_by_its_middle() -> None:
 
 
 def test_every_method_has_its_place_wherever_methods_are_listed() -> None:
-    methods = Results.load(ROOT / "docs/controllers.json").methods
+    methods = Results.load(compare_controllers.RESULTS).methods
     assert set(methods) == set(controller_cost.instructions()) == set(speed.METHODS)
-    for page in ("docs/configuration.md", "docs/control.md", "scripts/sextant_py/controller_page.md"):
+    for page in ("docs/configuration.md", "docs/control.md", "docs/controllers.md"):
         text = (ROOT / page).read_text(encoding="utf-8")
         assert not [method for method in methods if method not in text], page

@@ -5,12 +5,14 @@ import subprocess
 
 import numpy as np
 import pytest
-from sextant_py import compare_motulator, motulator_cases, motulator_page
-from sextant_py import motulator_course as courses
-from sextant_py.bench.peer_runs import machine
-from sextant_py.motulator_bench import QUANTITIES, Record, Results
-from sextant_py.motulator_cases import Case, Plant
 from sextant_py.paths import ROOT
+from studies.bench.peer_runs import machine
+from studies.motulator import cases as motulator_cases
+from studies.motulator import compare_motulator
+from studies.motulator import course as courses
+from studies.motulator import page as motulator_page
+from studies.motulator.cases import Case, Plant
+from studies.motulator.measure import QUANTITIES, Record, Results
 
 PAPER = {
     "r_s_ohm": 0.435,
@@ -145,7 +147,7 @@ def test_what_differs_by_more_than_the_limit_is_named() -> None:
 
 def test_the_committed_page_is_that_of_its_results(tmp_path) -> None:
     (tmp_path / "images").mkdir()
-    results = Results.load(ROOT / "docs/motulator.json")
+    results = Results.load(compare_motulator.RESULTS)
     motulator_page.write(results, tmp_path)
     committed = (ROOT / "docs/motulator.md").read_text(encoding="utf-8")
     assert (tmp_path / "motulator.md").read_text(encoding="utf-8") == committed

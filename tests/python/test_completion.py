@@ -52,7 +52,7 @@ def test_a_line_is_completed(code: str, line: str, expected: set[str]) -> None:
 
 
 def test_every_command_is_offered(code: str) -> None:
-    from sextant_py.__main__ import COMMANDS
+    from sextant_py.commands import COMMANDS
 
     assert completed(code, "sextant ") >= set(COMMANDS)
 

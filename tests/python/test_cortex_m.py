@@ -5,11 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from sextant_py import cortex_page
-from sextant_py.cortex_m import bounded, growth, lost_bits
 from sextant_py.errors import UserError
-from sextant_py.firmware_image import FORBIDDEN
-from sextant_py.golden import COST, OUTPUT, TOLERANCES, compare, load_costs, load_outputs
+from studies.microcontroller import page as cortex_page
+from studies.microcontroller.cortex_m import bounded, growth, lost_bits
+from studies.microcontroller.firmware_image import FORBIDDEN
+from studies.microcontroller.golden import COST, OUTPUT, TOLERANCES, compare, load_costs, load_outputs
 
 TICKS = 43.008
 

@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 import pytest
+from programs import modules_called
 from sextant_py.paths import ROOT
 
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("**/*.md")])
@@ -80,9 +81,9 @@ def test_every_gate_is_in_the_table_and_says_whether_it_tests_itself() -> None:
     rows = dict(re.findall(r"^\| [^|]+ \| `scripts/(check_\w+)[^|]*\|([^|]*)\|", page, re.MULTILINE))
     assert sorted(rows) == sorted(file.name for file in (ROOT / "scripts").glob("check_*"))
     for gate, tests_itself in rows.items():
-        program = ROOT / "scripts" / "sextant_py" / f"{gate}.py"
         text = (ROOT / "scripts" / gate).read_text(encoding="utf-8")
-        text += program.read_text(encoding="utf-8") if program.exists() else ""
+        for module in modules_called(gate):
+            text += (ROOT / "scripts" / module.replace(".", "/")).with_suffix(".py").read_text(encoding="utf-8")
         assert (tests_itself.strip() == "yes") == ("--self-test" in text), gate
 
 

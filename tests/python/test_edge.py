@@ -20,6 +20,7 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+from programs import modules_called
 from sextant_py.paths import ROOT
 
 SCRIPTS = ROOT / "scripts"
@@ -62,7 +63,7 @@ def _become(words: list[str], out: int | None, prepare: Callable[[], None], fold
     status = 0
     sys.modules.pop(load(words[0]).__name__)  # it begins anew, as the program
     try:
-        runpy.run_module(f"sextant_py.{words[0]}", run_name="__main__", alter_sys=True)
+        runpy.run_module(modules_called(words[0])[0], run_name="__main__", alter_sys=True)
     except SystemExit as end:
         status = end.code if isinstance(end.code, int) else int(end.code is not None)
     except BaseException:
@@ -103,8 +104,8 @@ def run(
 
 def load(name: str) -> object:
     """The module with the command's main, also of a folder."""
-    place = SCRIPTS / "sextant_py" / name
-    return importlib.import_module(f"sextant_py.{name}" + (".__main__" if place.is_dir() else ""))
+    module = importlib.import_module(modules_called(name)[0])
+    return importlib.import_module(f"{module.__name__}.__main__") if hasattr(module, "__path__") else module
 
 
 class _ParserFound(BaseException):

@@ -4,8 +4,8 @@ import json
 from pathlib import Path
 
 import pytest
-from sextant_py import instructions
 from sextant_py.errors import UserError
+from studies.bench import instructions
 
 HERE = {"compiler": "g++ 12", "libc": "glibc 2.36"}
 

@@ -1,7 +1,7 @@
 """scripts/inverter_study: what it counts as right, and what its table shows."""
 
 import pytest
-from sextant_py import inverter_study as study
+from studies.commissioning import inverter_study as study
 
 METRICS = {"torque_motoring_nm": 100.0, "torque_regenerating_nm": 80.0, "torque_bias_nm": 0.0}
 

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from sextant_py import json_file
 from sextant_py.errors import UserError
 from sextant_py.paths import ROOT
+from studies import json_file
 
 KEYS = ["a", "ñ", '"', "\n"]
 LONE = re.compile(r"^\s*(-?[\d.]+(e[+-]?\d+)?|null|true|false),?$")
@@ -47,7 +47,7 @@ def test_a_record_or_an_array_has_one_line() -> None:
 
 
 def test_results_of_the_pages_have_no_line_for_a_single_number() -> None:
-    files = sorted((ROOT / "docs").rglob("*.json"))
+    files = sorted((ROOT / "scripts" / "studies").rglob("*.json"))
     assert len(files) > 5
     for file in files:
         lone = [line for line in file.read_text(encoding="utf-8").splitlines() if LONE.match(line)]

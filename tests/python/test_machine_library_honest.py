@@ -1,7 +1,8 @@
 """The library on the honest plant: its errors scaled to a machine, and what is printed where identify does not end."""
 
-from sextant_py import honest_drive, machine_library_honest
-from sextant_py.machine_library_points import cells, points, read_library, sensor_settings
+from studies import honest_drive
+from studies.machine_library import honest as machine_library_honest
+from studies.machine_library.points import cells, points, read_library, sensor_settings
 
 TRIP = 50.0
 

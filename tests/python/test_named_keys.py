@@ -78,7 +78,7 @@ def code_of_page(path: Path) -> Iterator[str]:
 def texts() -> Iterator[tuple[Path, str]]:
     sources = [
         *((path, literals_of_c) for room in ("apps", "include", "src") for path in (ROOT / room).rglob("*.[ch]pp")),
-        *((path, literals_of_python) for path in (ROOT / "scripts" / "sextant_py").rglob("*.py")),
+        *((path, literals_of_python) for path in (ROOT / "scripts").rglob("*.py")),
         *((path, code_of_page) for path in (ROOT / "README.md", *(ROOT / "docs").rglob("*.md"))),
     ]
     for path, read in sources:

@@ -9,7 +9,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from sextant_py.__main__ import COMMANDS
+from sextant_py.commands import COMMANDS
 from sextant_py.paths import ROOT
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))

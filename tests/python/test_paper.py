@@ -11,22 +11,36 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from sextant_py import (
-    check_paper,
-    mil_program,
-    paper_cycle,
-    paper_defaults,
-    paper_report,
-    paper_rise,
-    paper_steady,
-    paper_steps,
-    paper_style,
-)
+from sextant_py import mil_program
 from sextant_py.errors import UserError
-from sextant_py.paper_lab import SCENARIOS, Lab, Trace
-from sextant_py.paper_numbers import Number, Numbers, differences, load
-from sextant_py.paper_page import render, text
 from sextant_py.paths import ROOT
+from sextant_py.plots import sheets
+from sextant_py.plots.trace import Trace
+from studies.paper import (
+    check_paper,
+    paper_report,
+)
+from studies.paper import (
+    cycle as paper_cycle,
+)
+from studies.paper import (
+    defaults as paper_defaults,
+)
+from studies.paper import (
+    figures as paper_figures,
+)
+from studies.paper import (
+    rise as paper_rise,
+)
+from studies.paper import (
+    steady as paper_steady,
+)
+from studies.paper import (
+    steps as paper_steps,
+)
+from studies.paper.lab import SCENARIOS, Lab
+from studies.paper.numbers import Number, Numbers, differences, load
+from studies.paper.page import render, text
 
 COMMITTED = ROOT / "docs" / "paper"
 FILES = sorted((ROOT / SCENARIOS).glob("*.toml"))
@@ -165,11 +179,11 @@ def test_weakest_vector_without_torque_is_half_the_voltage() -> None:
 
 
 def test_thinning_keeps_peaks() -> None:
-    count = 10 * paper_style.MAX_POINTS + 7
+    count = 10 * sheets.MAX_POINTS + 7
     low, high = np.zeros(count), np.zeros(count)
     low[12_345], high[20_001] = -7.0, 9.0
-    t_s, least, most = paper_style.thinned(trace_of(low, low, high), "torque_min_nm", "torque_max_nm")
-    assert len(t_s) == len(least) == len(most) <= paper_style.MAX_POINTS
+    t_s, least, most = sheets.thinned(trace_of(low, low, high), "torque_min_nm", "torque_max_nm")
+    assert len(t_s) == len(least) == len(most) <= sheets.MAX_POINTS
     assert (least.min(), most.max()) == (-7.0, 9.0)
 
 
@@ -183,7 +197,7 @@ def test_gates_from_the_voltage_that_moved_the_flux() -> None:
         1e-6 * np.arange(len(psi)),
         {"psi_s_alpha_wb": psi.real, "psi_s_beta_wb": psi.imag, "i_a_a": zero, "i_b_a": zero, "i_c_a": zero},
     )
-    states = [tuple(state) for state in paper_style.gates(trace)[1:]]
+    states = [tuple(state) for state in paper_figures.gates(trace)[1:]]
     zeros = {1: (0, 0, 0), 3: (1, 1, 1), 6: (1, 1, 1), 9: (1, 1, 1)}
     assert states == [zeros[n] if k == 0 else vectors[k] for n, k in enumerate(applied)]
 
@@ -260,18 +274,18 @@ def test_table6_is_the_papers() -> None:
 
 
 def test_committed_page_is_that_of_the_committed_numbers() -> None:
-    assert check_paper.page_differences(COMMITTED, load(COMMITTED / "numbers.json")) == []
+    assert check_paper.page_differences(COMMITTED, load(paper_report.NUMBERS)) == []
 
 
 def test_committed_numbers_say_where_they_come_from() -> None:
-    content = json.loads((COMMITTED / "numbers.json").read_text(encoding="utf-8"))
+    content = json.loads((paper_report.NUMBERS).read_text(encoding="utf-8"))
     assert len(content) > 300
     for name, entry in content.items():
         assert entry["command"] and entry["meaning"] and entry["unit"], name
 
 
 def test_a_changed_number_or_page_is_found(tmp_path: Path) -> None:
-    numbers = load(COMMITTED / "numbers.json")
+    numbers = load(paper_report.NUMBERS)
     name = "response/centred/dead/15"
     off = Numbers(numbers.entries | {name: replace(numbers.entries[name], value=4.0)})
     assert len(differences(off, numbers)) == 1

@@ -4,9 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from sextant_py import paper_vehicle, road_load
-from sextant_py.paper_lab import Trace
-from sextant_py.paper_numbers import Numbers
+from sextant_py.plots.trace import Trace
+from studies.paper import road_load
+from studies.paper import vehicle as paper_vehicle
+from studies.paper.numbers import Numbers
 
 
 def trace_of(torque_nm: list[float], power_w: list[float], omega: float = 10.0) -> Trace:

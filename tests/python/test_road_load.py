@@ -4,9 +4,9 @@ import tomllib
 
 import numpy as np
 import pytest
-from sextant_py import road_load
 from sextant_py.errors import UserError
 from sextant_py.paths import ROOT
+from studies.paper import road_load
 
 
 def test_the_vehicle_holds_what_the_fit_gives() -> None:

@@ -7,7 +7,8 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from sextant_py import __main__
+from programs import modules_called
+from sextant_py import commands
 from sextant_py.paths import ROOT
 
 SCRIPTS = ROOT / "scripts"
@@ -25,7 +26,7 @@ WITHOUT_OPERANDS = [
     "work_precision",
 ]
 SHELL_SCRIPTS = [*WITHOUT_OPERANDS, "with_vcan", "test", "check_control_thread_audit"]
-COMMANDS = sorted(link.name for link in SCRIPTS.iterdir() if link.is_symlink())  # programs of sextant_py alone
+COMMANDS = sorted(link.name for link in SCRIPTS.iterdir() if link.is_symlink())  # programs of Python alone
 PYTHON_PROGRAMS = [*COMMANDS, "compare_live", "check_recording", "fault_campaign"]
 
 
@@ -42,11 +43,10 @@ def test_help_from_any_directory(name: str, tmp_path: Path) -> None:
 
 
 def test_every_command_is_a_link_to_the_one_that_runs_its_module() -> None:
-    assert set(__main__.COMMANDS) <= set(COMMANDS)
+    assert set(commands.COMMANDS) <= set(COMMANDS)
     for name in COMMANDS:
         assert (SCRIPTS / name).readlink() == Path("command"), name
-        module = SCRIPTS / "sextant_py" / name
-        assert module.with_suffix(".py").is_file() or (module / "__main__.py").is_file(), name
+        assert len(modules_called(name)) == 1, name
     found = run(SCRIPTS / "command", "plot")
     assert (found.returncode, found.stderr) == (1, "command: call a command by its name, as in scripts/plot --help.\n")
 

@@ -1,20 +1,10 @@
-"""Studies use the product, and the product no study: imports of scripts/sextant_py by its syntax trees."""
+"""Studies use the product, and the product no study: imports of scripts by their syntax trees."""
 
 import ast
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
-PACKAGE = Path(__file__).resolve().parents[2] / "scripts" / "sextant_py"
-STUDIES = (
-    "check_paper", "compare_controllers", "compare_motulator", "controller_", "cortex_", "false_trips",
-    "fault_campaign", "honest_drive", "identify_study", "inverter_study", "machine_library", "motulator_", "paper_",
-    "random_machines", "torque_map", "work_precision", "bench",
-)  # fmt: skip
-LEFT = {  # imports of a study by the product: what these need is to move into the product
-    ("identify_run", "torque_map_drive"), ("identify_run", "torque_map_file"), ("nameplate", "machine_library_points"),
-    ("plots.layouts", "paper_lab"), ("plots.layouts", "paper_style"),
-}  # fmt: skip
-CIRCLE_LEFT = {("errors", "completion"), ("completion", "__main__")}  # imports inside of functions
+SCRIPTS = Path(__file__).resolve().parents[2] / "scripts"
 
 
 def module_name(file: Path, root: Path) -> str:
@@ -27,16 +17,18 @@ def imports(root: Path) -> set[tuple[str, str]]:
     for name, file in files.items():
         package = file.relative_to(root).parent.parts
         for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.ImportFrom) and node.level:
-                base = [*package[: len(package) - node.level + 1], *(node.module or "").split(".")]
-                module = ".".join(part for part in base if part)
-                targets = {".".join(filter(None, (module, alias.name))) for alias in node.names}
+            if isinstance(node, ast.Import):
+                found |= {(name, alias.name) for alias in node.names}
+            elif isinstance(node, ast.ImportFrom):
+                base = package[: len(package) - node.level + 1] if node.level else ()
+                module = ".".join(part for part in (*base, *(node.module or "").split(".")) if part)
+                targets = {f"{module}.{alias.name}" for alias in node.names}
                 found |= {(name, target if target in files else module) for target in targets}
     return {(user, used) for user, used in found if used in files and used != user}
 
 
 def of_study(module: str) -> bool:
-    return module.startswith(STUDIES)
+    return module.split(".")[0] == "studies"
 
 
 def circle(pairs: set[tuple[str, str]]) -> list[str]:
@@ -50,18 +42,18 @@ def circle(pairs: set[tuple[str, str]]) -> list[str]:
     return []
 
 
-def test_product_imports_no_study_but_what_is_left():
-    assert {(user, used) for user, used in imports(PACKAGE) if of_study(used) and not of_study(user)} == LEFT
+def test_product_imports_no_study():
+    assert {(user, used) for user, used in imports(SCRIPTS) if of_study(used) and not of_study(user)} == set()
 
 
-def test_modules_import_in_no_circle_but_the_one_left():
-    pairs = imports(PACKAGE)
-    assert pairs >= CIRCLE_LEFT
-    assert circle(pairs - CIRCLE_LEFT) == []
+def test_modules_import_in_no_circle():
+    assert circle(imports(SCRIPTS)) == []
 
 
 def test_import_of_a_study_and_a_circle_are_seen(tmp_path):
-    (tmp_path / "plot.py").write_text("def f():\n    from . import paper_lab\n")
-    (tmp_path / "paper_lab.py").write_text("from .plot import f\n")
-    assert imports(tmp_path) == {("plot", "paper_lab"), ("paper_lab", "plot")}
+    for name in ("sextant_py", "studies"):
+        (tmp_path / name).mkdir()
+    (tmp_path / "sextant_py" / "plot.py").write_text("def f():\n    from studies import lab\n")
+    (tmp_path / "studies" / "lab.py").write_text("from sextant_py.plot import f\n")
+    assert imports(tmp_path) == {("sextant_py.plot", "studies.lab"), ("studies.lab", "sextant_py.plot")}
     assert circle(imports(tmp_path))

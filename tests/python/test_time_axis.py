@@ -11,9 +11,9 @@ import sextant
 from asammdf import MDF
 from matplotlib.figure import Figure
 from programs import program
-from sextant_py import convert, paper_style
+from sextant_py import convert
 from sextant_py.paths import ROOT
-from sextant_py.plots import html, layouts, overview, panels, png, series
+from sextant_py.plots import html, layouts, overview, panels, png, series, sheets
 
 SCENARIO = ROOT / "configs" / "scenarios" / "constant_torque.toml"
 PERIOD_S, END_S = 100e-6, 0.13
@@ -103,7 +103,7 @@ def same_until(step_s: float, one: list[np.ndarray], other: list[np.ndarray]) ->
 def figures(monkeypatch: pytest.MonkeyPatch) -> list:
     """What is drawn in the test, with few points, instead of files."""
     kept: list = []
-    for module, name in ((paper_style, "MAX_POINTS"), (png, "MOST_POINTS")):
+    for module, name in ((sheets, "MAX_POINTS"), (png, "MOST_POINTS")):
         monkeypatch.setattr(module, name, FEW)
     monkeypatch.setattr(html, "MOST_POINTS", FEW)
     for module in (png, html):

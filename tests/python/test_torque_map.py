@@ -9,23 +9,39 @@ from pathlib import Path
 import numpy as np
 import pytest
 from programs import program
-from sextant_py import (
-    sweep_reader,
-    torque_map,
-    torque_map_counts,
-    torque_map_drive,
-    torque_map_figures,
-    torque_map_file,
-    torque_map_kinds,
-    torque_map_page,
-    torque_map_points,
-    torque_map_run,
-)
+from sextant_py import drive_file, sweep_reader
 from sextant_py.errors import UserError
 from sextant_py.paths import ROOT
-from sextant_py.torque_map_capability import Limits, largest_torque, limits_of, worst_difference
-from sextant_py.torque_map_points import SPEEDS, TORQUES, Conditions, Point
-from sextant_py.torque_map_results import (
+from studies.torque_map import (
+    counts as torque_map_counts,
+)
+from studies.torque_map import (
+    drive as torque_map_drive,
+)
+from studies.torque_map import (
+    figures as torque_map_figures,
+)
+from studies.torque_map import (
+    file as torque_map_file,
+)
+from studies.torque_map import (
+    kinds as torque_map_kinds,
+)
+from studies.torque_map import (
+    page as torque_map_page,
+)
+from studies.torque_map import (
+    points as torque_map_points,
+)
+from studies.torque_map import (
+    run as torque_map_run,
+)
+from studies.torque_map import (
+    torque_map,
+)
+from studies.torque_map.capability import Limits, largest_torque, limits_of, worst_difference
+from studies.torque_map.points import SPEEDS, TORQUES, Conditions, Point
+from studies.torque_map.results import (
     BRIEF,
     DERATED,
     FAILED,
@@ -244,8 +260,8 @@ def test_the_page_has_the_figures_of_its_results_and_every_picture(tmp_path: Pat
     assert "| **silently wrong** | 1 | 1 | 0 |" in page
     assert "drive foc: no point is silently wrong." in page
     assert "from `paper.json`, `shipped.json`, `foc.json` (" in page
-    assert "drive paper: at worst -2.0 % of the analytic torque, motoring" in page
-    assert "15.1 (ripple 9)" in page
+    assert "At worst -2.0 %: drive paper, motoring" in page
+    assert "15.1/9" in page
 
 
 def test_the_counts_of_the_guarantees_are_those_of_their_sets_and_speeds() -> None:
@@ -287,7 +303,7 @@ def test_at_the_marked_speed_the_stator_frequency_is_zero(torque: float) -> None
 
 @pytest.mark.skipif(not (COMMITTED / "README.md").is_file(), reason="scripts/torque_map has not written the page yet")
 def test_the_committed_pages_are_those_of_their_results() -> None:
-    maps = torque_map.results_in(COMMITTED)
+    maps = torque_map.results_in(torque_map.RESULTS)
     assert (COMMITTED / "README.md").read_text(encoding="utf-8") == torque_map_page.render(maps)
     guarantees = torque_map_counts.PAGE.read_text(encoding="utf-8")
     assert guarantees == torque_map_counts.filled(guarantees, maps[torque_map_drive.GUARANTEED])
@@ -364,7 +380,7 @@ def test_the_file_of_a_section_that_is_named_last_stands_below_every_key(tmp_pat
     )
     derived = tmp_path / "derived.toml"
     derived.write_text('base = "base.toml"\ndrive.inverter.file = "b.toml"\n', encoding="utf-8")
-    assert torque_map_file.read(derived) == {"drive.inverter.dead_time_us": 2, "drive.inverter.slope_ohm": 0.5}
+    assert drive_file.read(derived) == {"drive.inverter.dead_time_us": 2, "drive.inverter.slope_ohm": 0.5}
 
 
 @pytest.mark.parametrize("text", ['machine = "m.toml"\n', '[machine]\nfile = "m.toml"\n', 'machine.file = "m.toml"\n'])
@@ -375,30 +391,30 @@ def test_a_relative_path_of_a_machine_is_seen_from_its_file(
     (tmp_path / "of" / "m.toml").write_text("poles = 4\n", encoding="utf-8")
     (tmp_path / "of" / "drive.toml").write_text(text, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
-    assert torque_map_file.read(Path("of/drive.toml")) == {"machine.poles": 4}
+    assert drive_file.read(Path("of/drive.toml")) == {"machine.poles": 4}
 
 
 def test_a_file_is_read_with_its_base_and_machine(tmp_path: Path) -> None:
-    found = torque_map_file.read(write_drive(tmp_path, "[machine]\ninertia_kg_m2 = 5\n"))
+    found = drive_file.read(write_drive(tmp_path, "[machine]\ninertia_kg_m2 = 5\n"))
     assert found["machine.l_m_h"] == 0.00769 and found["machine.inertia_kg_m2"] == 5
     assert found["control.controller"] == "foc" and found["drive.period_us"] == 125
     known = {"control.controller", "drive.period_us", "plant.u_dc_v", "load.kind"}
-    settings, left_out = torque_map_file.of_the_drive(found, known, Path("my.toml"))
+    settings, left_out = drive_file.of_the_drive(found, known, Path("my.toml"))
     assert settings == {"control.controller": "foc", "drive.period_us": 125, "plant.u_dc_v": 566}
     assert left_out == ["can"]
     with pytest.raises(UserError, match=r"my.toml: drive.period_ms is unknown"):
-        torque_map_file.of_the_drive(found | {"drive.period_ms": 1}, known, Path("my.toml"))
+        drive_file.of_the_drive(found | {"drive.period_ms": 1}, known, Path("my.toml"))
 
 
 def test_files_that_are_none(tmp_path: Path) -> None:
     with pytest.raises(UserError, match="cannot be read: No such file"):
-        torque_map_file.read(tmp_path / "none.toml")
+        drive_file.read(tmp_path / "none.toml")
     (tmp_path / "self.toml").write_text('base = "self.toml"\n', encoding="utf-8")
     with pytest.raises(UserError, match="is based on itself"):
-        torque_map_file.read(tmp_path / "self.toml")
+        drive_file.read(tmp_path / "self.toml")
     (tmp_path / "bad.toml").write_text("control = [\n", encoding="utf-8")
     with pytest.raises(UserError, match="is no TOML"):
-        torque_map_file.read(tmp_path / "bad.toml")
+        drive_file.read(tmp_path / "bad.toml")
 
 
 def test_points_of_another_drive_scale_with_its_speed_and_torque() -> None:

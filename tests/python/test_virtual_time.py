@@ -12,12 +12,12 @@ import h5py
 import pytest
 from programs import program
 from sextant_py import e2e
-from sextant_py.bench import speed
 from sextant_py.contract import Contract
 from sextant_py.errors import UserError
 from sextant_py.paths import ROOT
 from sextant_py.profile import load
 from sextant_py.tracking import Tracking
+from studies.bench import speed
 
 ECU_CONFIG = ROOT / "configs" / "ecu.toml"
 PERIOD_S = 0.01

@@ -29,13 +29,13 @@ std::string text_of(const GatePattern& pattern) {
 }  // namespace
 
 CycleReplay::CycleReplay(const std::string& file, const std::vector<std::string>& overrides,
-                         const std::string& telemetry_out)
+                         const EcuExtensions& own, const std::string& telemetry_out)
     : file_{file},
       reader_{file},
       is_changed_{!overrides.empty()},
-      config_{load_ecu_config_text(reader_.configuration(), file + ": configuration", overrides)},
+      config_{load_ecu_config_text(reader_.configuration(), file + ": configuration", overrides, own)},
       drive_{config_.drive} {
-  require_recorded_period();
+  require_recorded_period(own);
   if (reader_.size() == 0) throw std::runtime_error{file + " has no control period"};
   if (!telemetry_out.empty()) {
     telemetry_.emplace(telemetry_out, config_.drive.drive.period_ns, periods_per_sample(config_),
@@ -43,8 +43,9 @@ CycleReplay::CycleReplay(const std::string& file, const std::vector<std::string>
   }
 }
 
-void CycleReplay::require_recorded_period() const {
-  const EcuConfig recorded = load_ecu_config_text(reader_.configuration(), file_ + ": configuration", {});
+void CycleReplay::require_recorded_period(const EcuExtensions& own) const {
+  const EcuConfig recorded =
+      load_ecu_config_text(reader_.configuration(), file_ + ": configuration", {}, own);
   if (recorded.drive.drive.period_ns == config_.drive.drive.period_ns) return;
   throw std::runtime_error{
       fmt::format("drive.period_us is that of the recording ({:g} us): leave it out of --set",

@@ -9,6 +9,7 @@
 #include "ecu/telemetry/telemetry_file.hpp"
 #include "ecu/unit/configured_drive.hpp"
 #include "sextant/config/ecu_config.hpp"
+#include "sextant/config/ecu_extensions.hpp"
 #include "sextant/core/fault.hpp"
 #include "sextant/core/telemetry_interval.hpp"
 #include "sextant/sim/cycle_file.hpp"
@@ -21,9 +22,10 @@ namespace sextant::ecu {
 /// configuration the run shows what that drive would have answered; the measurements stay the recorded ones.
 class CycleReplay {
  public:
-  /// overrides: key=value, after the recorded configuration. telemetry_out: file of the replayed telemetry,
-  /// empty for none. Throws std::runtime_error with one sentence where a file or a key cannot be used.
-  CycleReplay(const std::string& file, const std::vector<std::string>& overrides,
+  /// overrides: key=value, after the recorded configuration. own: as of load_ecu_config. telemetry_out: file
+  /// of the replayed telemetry, empty for none. Throws std::runtime_error with one sentence where a file or a
+  /// key cannot be used.
+  CycleReplay(const std::string& file, const std::vector<std::string>& overrides, const EcuExtensions& own,
               const std::string& telemetry_out);
 
   void run();
@@ -42,7 +44,7 @@ class CycleReplay {
     GatePattern replayed{};
   };
 
-  void require_recorded_period() const;
+  void require_recorded_period(const EcuExtensions& own) const;
   void step(const CycleRecord<double>& record);
 
   std::string file_;

@@ -29,8 +29,12 @@
 namespace sextant::ecu {
 namespace {
 
-std::string beside_this_program() {
-  return (std::filesystem::read_symlink("/proc/self/exe").parent_path() / "sextant-telemetry").string();
+/// The publisher beside the running program; where there is none, the first on PATH.
+std::string default_program() {
+  const std::string name = "sextant-telemetry";
+  const std::filesystem::path beside = std::filesystem::read_symlink("/proc/self/exe").parent_path() / name;
+  std::error_code none;
+  return std::filesystem::exists(beside, none) ? beside.string() : name;
 }
 
 /// Files, signals and scheduling of the new process. Memory locks end with the exec.
@@ -102,7 +106,7 @@ std::string describe_end(int status) {
 }  // namespace
 
 TelemetryProcess::TelemetryProcess(const Parameters& parameters) : parameters_{parameters} {
-  if (parameters_.program.empty()) parameters_.program = beside_this_program();
+  if (parameters_.program.empty()) parameters_.program = default_program();
   start();
   try {
     wait_until_ready();
@@ -136,13 +140,13 @@ pid_t TelemetryProcess::spawn(int descriptor) const {
   std::string drive = fmt::format("--drive={}", parameters_.drive_id);
   const std::array<char*, 3> arguments{name.data(), drive.data(), nullptr};
   pid_t pid = 0;
-  // posix_spawn shares the memory until the exec; after a fork every page of the control thread would fault.
-  const int error = posix_spawn(&pid, parameters_.program.c_str(), settings.files(), settings.attributes(),
-                                arguments.data(), environ);
+  // It shares the memory until the exec; after a fork every page of the control thread would fault.
+  const int error = posix_spawnp(&pid, parameters_.program.c_str(), settings.files(), settings.attributes(),
+                                 arguments.data(), environ);
   if (error == 0) return pid;
   throw std::runtime_error(
       fmt::format("{} cannot be started: {}; it publishes the telemetry and belongs "
-                  "beside sextant-ecu",
+                  "beside the program of the drive, or on PATH",
                   parameters_.program, std::system_category().message(error)));
 }
 

@@ -26,7 +26,7 @@ namespace sextant::ecu {
 class TelemetryProcess {
  public:
   struct Parameters {
-    std::string program{};  ///< file; empty: sextant-telemetry beside the running program
+    std::string program{};  ///< file; empty: sextant-telemetry beside the running program, or on PATH
     std::uint32_t domain_id{0};
     std::uint32_t drive_id{1};
     std::string configuration{};         ///< as in DdsTelemetry::Parameters

@@ -47,10 +47,20 @@ PowerStage::PowerStage(const EcuConfig& config, const std::string& fault_socket,
       break;
     case PowerStageKind::udp:
       link_ = std::make_unique<UdpDriveIo>(config.hil, config.drive.drive.period_ns);
-      link_name_ = config.hil.udp_peer;
+      name_ = config.hil.udp_peer;
       io_ = link_.get();
       break;
+    case PowerStageKind::own:
+      open_own(config);
+      break;
   }
+  supervised_ = dynamic_cast<SupervisedDriveIo<double>*>(io_);
+}
+
+void PowerStage::open_own(const EcuConfig& config) {
+  own_ = config.own_power_stage().open();
+  name_ = config.own_name;
+  io_ = own_.get();
 }
 
 void PowerStage::simulate(const EcuConfig& config, const std::string& fault_socket,
@@ -67,7 +77,7 @@ void PowerStage::simulate(const EcuConfig& config, const std::string& fault_sock
 void PowerStage::join_shared_memory(const EcuConfig& config) {
   const std::int32_t period_ns = config.drive.drive.period_ns;
   memory_ = std::make_unique<SharedMemoryLink>(config.hil, LinkRole::drive, period_ns);
-  link_name_ = config.hil.link;
+  name_ = config.hil.link;
   if (config.hil.pacing == Pacing::lockstep) {
     auto lockstep = std::make_unique<LockstepDriveIo>(*memory_, config.hil.lockstep_timeout_ns);
     lockstep_ = lockstep.get();
@@ -79,11 +89,11 @@ void PowerStage::join_shared_memory(const EcuConfig& config) {
 }
 
 void PowerStage::inhibit_gates() noexcept {
-  if (link_) link_->inhibit_gates();
+  if (supervised_ != nullptr) supervised_->inhibit_gates();
 }
 
 void PowerStage::announce_end() noexcept {
-  if (link_) link_->announce_end();
+  if (supervised_ != nullptr) supervised_->announce_end();
 }
 
 std::string PowerStage::state_change() {
@@ -93,7 +103,7 @@ std::string PowerStage::state_change() {
   const Plant plant = state.timed_out()        ? Plant::timed_out
                       : state.unacknowledged() ? Plant::unacknowledged
                                                : Plant::answers;
-  const std::string link = "hil " + link_name_ + ": ";
+  const std::string link = "hil " + name_ + ": ";
   const bool refused = reported_refusals_ != state.refusals();
   if (reported_ != plant) {
     const bool never_came = reported_ == Plant::unknown && plant == Plant::timed_out;
@@ -108,9 +118,10 @@ std::string PowerStage::state_change() {
 }
 
 std::string PowerStage::problem() const {
-  const char* const loss = link_ ? link_->loss() : nullptr;
+  const char* const loss = supervised_ != nullptr ? supervised_->loss() : nullptr;
   if (loss == nullptr) return {};
-  return "hil.link: the plant on \"" + link_name_ + "\" " + loss +
+  if (own_) return "power_stage: \"" + name_ + "\" " + loss;
+  return "hil.link: the plant on \"" + name_ + "\" " + loss +
          "; start sextant-plant with hil.pacing=lockstep";
 }
 

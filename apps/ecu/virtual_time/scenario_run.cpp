@@ -38,14 +38,21 @@ void require_no_reports(const ScenarioRunOptions& options) {
         "--out and --require-expectations to sextant-plant --scenario"};
 }
 
+/// Throws where nothing evaluates the scenario.
+void require_observed_plant(const EcuConfig& config, const ScenarioRunOptions& options) {
+  if (config.power_stage != PowerStageKind::own) return;
+  throw std::runtime_error{options.scenario + ": power_stage = \"" + config.own_name +
+                           "\" evaluates no scenario; play a --profile, or take the simulated plant"};
+}
+
 Played read(const ScenarioRunOptions& options) {
   const bool is_own = options.config.empty();
   if (!options.run.log.empty())
     throw std::runtime_error{"commands come from the recording " + options.run.log +
                              " or from the scenario " + options.scenario + ", not from both"};
   Played played;
-  played.scenario =
-      load_scenario_config(options.scenario, is_own ? options.overrides : std::vector<std::string>{});
+  played.scenario = load_scenario_config(
+      options.scenario, is_own ? options.overrides : std::vector<std::string>{}, options.own.methods);
   if (played.scenario.mode != ScenarioMode::sampled)
     throw std::runtime_error{options.scenario +
                              ": an event-exact run has no drive for virtual time: run it with sextant-mil"};
@@ -60,7 +67,8 @@ Played read(const ScenarioRunOptions& options) {
     throw std::runtime_error{options.scenario +
                              ": the vehicle of the cycle belongs to the scenario's own drive: leave " +
                              options.config + " out"};
-  played.config = load_ecu_config(options.config, options.overrides);
+  played.config = load_ecu_config(options.config, options.overrides, options.own);
+  require_observed_plant(played.config, options);
   require_waiting_plant(played.config);
   if (played.config.power_stage != PowerStageKind::simulated) require_no_reports(options);
   played.configuration = config_json(played.config);
@@ -158,6 +166,7 @@ int run_scenario(const std::string& program, const ScenarioRunOptions& options) 
       return run_here(program, options, played);
     case PowerStageKind::shared_memory:
     case PowerStageKind::udp:
+    case PowerStageKind::own:  // refused
       break;
   }
   return run_in_lockstep(program, options, played);

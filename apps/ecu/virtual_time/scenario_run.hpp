@@ -6,6 +6,7 @@
 
 #include "ecu/virtual_time/virtual_run.hpp"
 #include "reports/report_options.hpp"
+#include "sextant/config/ecu_extensions.hpp"
 
 namespace sextant::ecu {
 
@@ -14,6 +15,7 @@ struct ScenarioRunOptions {
   std::string scenario{};                ///< file
   std::string config{};                  ///< of drive and plant; empty: those of the scenario
   std::vector<std::string> overrides{};  ///< of the configuration, without one of the scenario
+  EcuExtensions own{};                   ///< that the program brings
   std::filesystem::path out{};           ///< directory of its result; empty: none is kept
   bool no_trace{false};
   reports::ReportOptions reports{};

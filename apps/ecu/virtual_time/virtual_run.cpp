@@ -64,8 +64,12 @@ ProfileParameters profile_of(const std::string& file) {
 }  // namespace
 
 void require_waiting_plant(const EcuConfig& config) {
-  const bool elsewhere = config.power_stage != PowerStageKind::simulated;
-  if (!elsewhere || config.hil.pacing == Pacing::lockstep) return;
+  if (config.waits_for_drive()) return;
+  if (config.power_stage == PowerStageKind::own) {
+    refuse(
+        "power_stage = \"{}\" runs in real time; --virtual-time needs a power stage that waits for the drive",
+        config.own_name);
+  }
   refuse(
       "a plant in another process runs in real time unless hil.pacing is \"lockstep\"; --virtual-time needs "
       "that, or power_stage \"simulated\"");

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "sextant/config/drive_config.hpp"
+#include "sextant/config/own_power_stage.hpp"
 #include "sextant/config/schema.hpp"
 #include "sextant/core/identifier_offset.hpp"
 #include "sextant/hil/hil_parameters.hpp"
@@ -49,18 +50,26 @@ inline void describe(Description& d, DdsConfig& p) {
 enum class PowerStageKind : std::uint8_t {
   simulated,      ///< a plant in this process
   shared_memory,  ///< a plant in another process of this machine
-  udp             ///< a plant on another machine
+  udp,            ///< a plant on another machine
+  own             ///< one that the program brings
 };
 
 /// Configuration of the live drive.
 struct EcuConfig {
   int drive_id{1};  ///< key of the telemetry topics [-]
   PowerStageKind power_stage{PowerStageKind::simulated};
+  std::string own_name{};             ///< of the power stage that the program brings; empty: none is chosen
+  OwnPowerStages own_power_stages{};  ///< that can be chosen
   DriveConfig drive{};
   HilParameters hil{};
   RealtimeParameters realtime{};
   CanConfig can{};
   DdsConfig dds{};
+
+  /// The power stage chosen of those that the program brings. Throws std::logic_error where it is another.
+  [[nodiscard]] const OwnPowerStage& own_power_stage() const;
+  /// The time of the power stage is that of the drive: virtual time and several control periods a wake-up.
+  [[nodiscard]] bool waits_for_drive() const;
 };
 
 void describe(Section root, EcuConfig& config);

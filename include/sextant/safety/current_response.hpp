@@ -23,7 +23,9 @@ namespace sextant {
 ///
 /// A phase is judged by what exceeds the error of the model. d, the rotation of e by ω_e T, may be wrong by
 /// half of |d|, or of what an error of e turns by (`error_turn`), which counts as |d| where it is more: w
-/// counts where Σ w² exceeds Σ |d|²/2, and a jump by as much as it exceeds |d|/2. p may be
+/// counts where Σ w² exceeds Σ |d|²/2. Along a saturated flux the transient inductance may be half of that of
+/// the machine's parameters, and a change of the voltage act twice: a jump counts by as much as it exceeds
+/// |d|/2 and |w|, both of the space vectors. p may be
 /// wrong by its uncertainty: it counts where Σ p² exceeds four times the sum of the squares of that. Methods
 /// whose voltage changes by active vectors from period to period are judged by w, down to four periods a
 /// turn. A smooth voltage changes by little more than d: by w its methods are judged in transients; by p as
@@ -45,7 +47,7 @@ class CurrentResponse {
 
   struct Parameters {
     std::int32_t period_ns{25'000};  ///< control period [ns]
-    T jump{T(8)};                    ///< |y − w| above it stays out of the sums [A]
+    T jump{T(8)};                    ///< beyond |d|/2 + |w|: |y − w| above it stays out of the sums [A]
     T step{};                        ///< of the converter: readings that differ by no more are equal [A]
   };
 
@@ -77,17 +79,22 @@ class CurrentResponse {
   /// The phase currents at the end of so many `periods` in which every leg was driven [A], and their
   /// predicted change.
   void step(const ThreePhase<T>& i, const PredictedChange<T>& change, T periods) noexcept {
+    if (!has_reading_) return restart(i);
     const T share = T(1) / periods;
     const ThreePhase<T>& e = change.e;
     const SpaceVector<T> emf = share * clarke(e);
     const T turned = T(0.5) * std::max(magnitude(emf - emf_), share * change.error_turn);
-    const Interval interval{periods, share, has_predecessor_ ? turned : T(0), share * change.uncertainty};
+    const SpaceVector<T> predicted = clarke(change.v) - clarke(e);
+    const T explained = turned + magnitude(share * predicted - predicted_);
+    const Interval interval{periods, share, has_predecessor_ ? turned : T(0), explained,
+                            share * change.uncertainty};
     emf_ = emf;
+    predicted_ = share * predicted;
     jump_ = T(0);
     step(phases_[0], i.a, share * (change.v.a - e.a), interval);
     step(phases_[1], i.b, share * (change.v.b - e.b), interval);
     step(phases_[2], i.c, share * (change.v.c - e.c), interval);
-    follow(interval, clarke(change.v) - clarke(e), change.rotor_turn, clarke(i));
+    follow(interval, predicted, change.rotor_turn, clarke(i));
     has_predecessor_ = true;
   }
 
@@ -99,6 +106,7 @@ class CurrentResponse {
     phases_[2].i = phases_[2].still = i.c;
     i_s_ = clarke(i);
     error_ = {};
+    has_reading_ = true;
     has_predecessor_ = false;
     jump_ = T(0);
     begin_still();
@@ -125,7 +133,7 @@ class CurrentResponse {
   [[nodiscard]] constexpr bool answers(std::size_t n, T response, T noise) const noexcept {
     return phase(n).counts(T(96) * noise) && !phase(n).is_below(response + T(0.25));
   }
-  /// Largest |y − w| of the three phases at this measurement, beyond |d|/2. [A]
+  /// Largest |y − w| of the three phases at this measurement, beyond |d|/2 + |w|. [A]
   [[nodiscard]] constexpr T jump() const noexcept { return jump_; }
   /// While all readings stay equal: largest change of a phase current in that time by the model, beyond its
   /// uncertainty; zero otherwise. `open`: a phase without current, if there is one, which may be open, so
@@ -160,6 +168,7 @@ class CurrentResponse {
     T periods{};      ///< its length [-]
     T share{};        ///< 1/periods [-]
     T turned{};       ///< |d|/2 [A]
+    T explained{};    ///< |d|/2 + |w| of the space vector: |y − w| up to it is no jump [A]
     T uncertainty{};  ///< of p [A]
   };
 
@@ -171,7 +180,7 @@ class CurrentResponse {
     s.change = change;
     s.predicted = predicted;
     if (!has_predecessor_) return;
-    const T jump = std::abs(y - w) - in.turned;
+    const T jump = std::abs(y - w) - in.explained;
     jump_ = std::max(jump_, jump);
     if (jump > largest_jump_) return;
     const T forget = std::min(T(1), in.periods * forget_);
@@ -224,15 +233,17 @@ class CurrentResponse {
   T largest_jump_;
   T step_;
   T forget_;                     ///< share of the sums that goes with a period [-]
+  bool has_reading_{false};      ///< a measurement came before
   bool has_predecessor_{false};  ///< an interval that counts came before
   T jump_{};
-  SpaceVector<T> error_{};   ///< mean of v − e − Δi a period, up to the last reading that changed [A]
-  T still_periods_{};        ///< since all readings are equal [-]
-  SpaceVector<T> hidden_{};  ///< Σ (v − e − error) since then [A]
-  SpaceVector<T> missed_{};  ///< Σ (v − e − error − Δi) since then, as the rotor has turned meanwhile [A]
-  T hidden_uncertainty_{};   ///< of `hidden_` [A]
-  SpaceVector<T> i_s_{};     ///< at the last measurement [A]
-  SpaceVector<T> emf_{};     ///< last e [A]
+  SpaceVector<T> error_{};      ///< mean of v − e − Δi a period, up to the last reading that changed [A]
+  T still_periods_{};           ///< since all readings are equal [-]
+  SpaceVector<T> hidden_{};     ///< Σ (v − e − error) since then [A]
+  SpaceVector<T> missed_{};     ///< Σ (v − e − error − Δi) since then, as the rotor has turned meanwhile [A]
+  T hidden_uncertainty_{};      ///< of `hidden_` [A]
+  SpaceVector<T> i_s_{};        ///< at the last measurement [A]
+  SpaceVector<T> emf_{};        ///< last e [A]
+  SpaceVector<T> predicted_{};  ///< last v − e a period [A]
   std::array<State, 3> phases_{};
 };
 

@@ -7,10 +7,10 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from ..errors import UserError
-from ..paper_lab import Trace
-from ..paper_style import EXACT, PAPER, SAMPLED, THIRD, TORQUE, band, legend, line, reference, sheet
 from . import png
 from .series import SeriesFile
+from .sheets import EXACT, PAPER, SAMPLED, THIRD, TORQUE, band, legend, line, reference, sheet
+from .trace import Trace
 
 COLOURS = (EXACT, SAMPLED, THIRD, PAPER)  # of the files
 TIME, NM = "Time [s]", "Torque [N·m]"

@@ -4,7 +4,7 @@ import re
 import subprocess
 import sys
 
-from ..__main__ import COMMANDS
+from ..commands import COMMANDS
 from ..contract import Contract
 from ..paths import ROOT
 from ..telemetry_contract import enumerations, enumerators, signals, structs

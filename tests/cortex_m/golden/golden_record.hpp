@@ -27,7 +27,7 @@ struct Input {
 // Written and read as bytes; `Setup::input_size` tells when host and target lay it out differently.
 static_assert(std::is_trivially_copyable_v<Input>);
 
-/// What the drive answered, and what it knew then. scripts/sextant_py/golden.py reads it, then a PlantOutput.
+/// What the drive answered, and what it knew then. scripts/studies/microcontroller/golden.py reads it, then a PlantOutput.
 struct Output {
   std::uint64_t latched{};   ///< faults, as bits
   float torque{};            ///< estimated [N·m]
@@ -50,7 +50,7 @@ struct PlantOutput {
   float omega_m{};  ///< [rad/s]
 };
 
-/// What the processor did for it in one period, in ticks of its timer. scripts/sextant_py/golden.py reads it.
+/// What the processor did for it in one period, in ticks of its timer. scripts/studies/microcontroller/golden.py reads it.
 struct Cost {
   std::uint32_t drive{};       ///< Drive::step
   std::uint32_t controller{};  ///< DirectTorqueController::step

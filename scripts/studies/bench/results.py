@@ -1,0 +1,143 @@
+"""out/bench.json, the figures of one run; and the page made of it."""
+
+import json
+import re
+import shutil
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+
+from sextant_py.errors import UserError
+from sextant_py.paths import ROOT
+
+from studies import json_file, page
+from studies.origin import Origin
+
+from .figure import MISSED, NOT_MEASURED, PUBLISHED, Figure
+
+FORMAT = 3
+PAGE = ROOT / "docs" / "performance.md"
+IMAGES = ROOT / "docs" / "images"
+PLOTS = {"growth": "growth.png", "live": "latency.png"}  # by stage, in the folder beside the results
+PERCENTILES = ("p50_us", "p99_us", "p99.9_us")
+PART = re.compile(r"^of it| beside it")  # of another distribution, which the page shows
+WITHOUT_TARGET = ("growth", "instructions")  # stages whose figures without a target the page shows too
+LATENCY = (
+    "\n\n![Wake-up latency beside cyclictest, and command to gate](images/latency.png)\n\n"
+    "*The part of the wake-ups, and of the times from a command's frame to its first gate pattern, that take longer.*"
+)
+
+
+@dataclass
+class StageResult:
+    title: str
+    figures: list[Figure]
+    seconds: float = 0.0
+    load: float = 0.0  # load average when it began
+    distributions: dict[str, dict[str, float]] = field(default_factory=dict)
+
+    def to_json(self) -> dict:
+        return vars(self) | {"figures": [figure.to_json() for figure in self.figures]}
+
+    @staticmethod
+    def from_json(data: dict) -> "StageResult":
+        return StageResult(**data | {"figures": [Figure.from_json(figure) for figure in data["figures"]]})
+
+
+Stages = dict[str, StageResult]
+
+
+@dataclass
+class Run:
+    """What one run of scripts/bench measured, and where."""
+
+    origin: Origin
+    stages: Stages = field(default_factory=dict)
+
+    def to_json(self) -> dict:
+        stages = {name: stage.to_json() for name, stage in self.stages.items()}
+        return {"format": FORMAT, "origin": asdict(self.origin), "stages": stages}
+
+
+def read(file: Path) -> Run:
+    """Throws UserError where the file is no result of a benchmark."""
+    try:
+        data = json.loads(file.read_text(encoding="utf-8"))
+        if data["format"] != FORMAT:
+            raise UserError(f"{file} has format {data['format']}, not {FORMAT}; measure again with scripts/bench.")
+        stages = {name: StageResult.from_json(stage) for name, stage in data["stages"].items()}
+        return Run(Origin(**data["origin"]), stages)
+    except OSError as error:
+        raise UserError(f"{file} cannot be read: {error.strerror}.") from error
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        raise UserError(f"{file} is no result of scripts/bench ({type(error).__name__}: {error}).") from error
+
+
+def write(file: Path, run: Run) -> None:
+    json_file.write(file, run.to_json(), levels=3)
+
+
+def terminal(stages: Stages) -> str:
+    lines = []
+    for name, stage in stages.items():
+        lines += ["", f"{name}: {stage.title}"]
+        for f in stage.figures:
+            verdict = "" if f.verdict == PUBLISHED else f.verdict
+            note = f"  ({f.note})" if f.note else ""
+            lines.append(f"  {f.measure:<86} {f.shown:>12} {f.target:>10}  {verdict}{note}")
+    return "\n".join(lines[1:])
+
+
+def figure_rows(stages: Stages) -> tuple[list[tuple], list[tuple]]:
+    """Of the figures that were measured: those with a target, and those without that the page shows."""
+    with_target, without = [], []
+    for name, stage in stages.items():
+        for f in stage.figures:
+            measure = f"{f.measure} ({f.note})" if f.note and f.verdict == MISSED else f.measure
+            target, shown = (text.replace(" x", " ×") for text in (f.target, f.shown))
+            if f.verdict == NOT_MEASURED:
+                continue
+            if f.target:
+                with_target.append((measure, target, shown, f.verdict, f"`{name}`"))
+            elif name in WITHOUT_TARGET:
+                without.append((measure, shown if f.verdict == PUBLISHED else f.verdict, f"`{name}`"))
+    return with_target, without
+
+
+def latency(stages: Stages) -> str:
+    """The distributions; empty where there are none."""
+    rows = [
+        (text, *(f"{summary[key]:.3g}" for key in PERCENTILES), f"{summary['max_us']:.4g}")
+        for stage in stages.values()
+        for text, summary in stage.distributions.items()
+        if not PART.search(text)
+    ]
+    head = ("[µs]", "median", "99 %", "99.9 %", "longest")
+    return page.table(head, rows) + LATENCY if rows else ""
+
+
+def not_measured(stages: Stages) -> str:
+    found = [f for stage in stages.values() for f in stage.figures if f.verdict == NOT_MEASURED]
+    return "\n".join(f"- Not measured: {f.measure}: {f.note}." for f in found)
+
+
+def blocks(run: Run) -> dict[str, str]:
+    """By mark of the page, what stands there."""
+    with_target, without = figure_rows(run.stages)
+    return {
+        "run": run.origin.text,
+        "judged figures": page.table(("measure", "target", "figure", "verdict", "stage"), with_target, (0, 3, 4)),
+        "published figures": page.table(("measure", "figure", "stage"), without, (0, 2)),
+        "latency": latency(run.stages),
+        "not measured": not_measured(run.stages),
+    }
+
+
+def write_page(file: Path, run: Run, plots: Path) -> None:
+    """What this run measured and nothing else; where it is the committed page, its pictures too."""
+    text = file.read_text(encoding="utf-8")
+    for mark, content in blocks(run).items():
+        text = page.put(text, mark, content)
+    file.write_text(text, encoding="utf-8")
+    for stage, plot in PLOTS.items():
+        if file == PAGE and stage in run.stages and (plots / plot).exists():
+            shutil.copyfile(plots / plot, IMAGES / plot)

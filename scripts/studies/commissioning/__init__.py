@@ -1,0 +1,1 @@
+"""What commissioning finds, beside what is true."""

@@ -1,0 +1,1 @@
+"""The control methods of the drive compared: docs/controllers.md."""

@@ -1,0 +1,53 @@
+"""The picture of the study over the library of machines."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from sextant_py.control_methods import METHODS
+from sextant_py.figure_style import STYLE
+
+from .points import PERIODS_US, SPEEDS
+from .results import Outcome, Results
+
+
+def shares(results: Results, row: Callable[[Outcome], object], column: Callable[[Outcome], object],
+           rows: list, columns: list) -> list[list[float]]:  # fmt: skip
+    """Of the points that are not right, in percent; not a number where there are none."""
+    found: dict[tuple, list[bool]] = {}
+    for one in results.outcomes:
+        found.setdefault((row(one), column(one)), []).append(not one.is_right)
+    nothing = float("nan")
+    own = [[found.get((r, c), []) for c in columns] for r in rows]
+    return [[100 * sum(cell) / len(cell) if cell else nothing for cell in line] for line in own]
+
+
+def draw(results: Results, file: Path) -> None:
+    import matplotlib as mpl
+    import matplotlib.pyplot as plt
+
+    machines = [machine["id"] for machine in results.machines]
+    panels = (
+        (machines, list(METHODS), lambda o: o.machine, lambda o: o.method, [m["name"] for m in results.machines],
+         list(METHODS), ""),
+        (list(PERIODS_US), list(SPEEDS), lambda o: o.period_us, lambda o: abs(o.speed),
+         [f"{p} µs" for p in PERIODS_US], [f"{s:g}" for s in SPEEDS], "speed by base speed"),
+    )  # fmt: skip
+    with mpl.rc_context(STYLE | {"axes.grid": False}):
+        figure, axes = plt.subplots(1, 2, figsize=(11, 4.8), width_ratios=(1.1, 1))
+        for ax, (rows, columns, row, column, row_names, column_names, label) in zip(axes, panels, strict=True):
+            grid = shares(results, row, column, rows, columns)
+            image = ax.imshow(grid, aspect="auto", cmap="magma_r", vmin=0, vmax=100)
+            ax.set_yticks(range(len(rows)), row_names)
+            ax.set_xticks(
+                range(len(columns)),
+                column_names,
+                rotation=45 if not label else 0,
+                ha="right" if not label else "center",
+            )
+            ax.set_xlabel(label)
+        figure.colorbar(image, ax=axes, label="points not right [%]")
+        figure.suptitle(
+            f"{len(results.not_right)} of {len(results.outcomes)} healthy points are not right", x=0.01, ha="left"
+        )
+        figure.savefig(file)
+        plt.close(figure)

@@ -1,0 +1,41 @@
+"""Machines at random, as entries of a library of machines."""
+
+from pathlib import Path
+
+import numpy as np
+from sextant_py.errors import UserError
+from sextant_py.sweep_file import toml_value
+
+from .points import Machine
+from .random_machines import Machine as RandomMachine
+from .random_machines import random_machine, random_powers_kw
+
+VOLTS = (48.0, 230.0, 400.0, 690.0)  # line to line, RMS
+LARGEST_AT_48_V_KW = 20.0
+
+
+def drawn(count: int, seed: int, directory: Path) -> list[Machine]:
+    """That many, each with its file in the directory, from 0.25 to 200 kW and at 48 to 690 V."""
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UserError(f"{directory} cannot be made: {error.strerror}.") from None
+    made = np.random.default_rng(seed)
+    found = []
+    for number, power_kw in enumerate(random_powers_kw(made, count)):
+        volts = float(made.choice(VOLTS if power_kw <= LARGEST_AT_48_V_KW else VOLTS[1:]))
+        file = directory / f"random_{seed}_{number}.toml"
+        found.append(entry(random_machine(made, float(power_kw), volts), volts, file))
+    return found
+
+
+def entry(machine: RandomMachine, volts: float, file: Path) -> Machine:
+    lines = [f"{key} = {toml_value(value)}" for key, value in machine.settings.items()]
+    try:
+        file.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    except OSError as error:
+        raise UserError(f"{file} cannot be written: {error.strerror}.") from None
+    return Machine(
+        f"{machine.name}, {volts:g} V", file, machine.power_kw * 1e3, volts, 50.0, machine.rated_torque,
+        machine.base_speed, 2 * machine.pole_pairs, machine.u_dc,
+    )  # fmt: skip

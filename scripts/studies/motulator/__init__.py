@@ -1,0 +1,1 @@
+"""Sextant beside motulator: docs/motulator.md."""

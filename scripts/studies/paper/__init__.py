@@ -1,0 +1,1 @@
+"""The paper that the drive follows, number by number: docs/paper."""

@@ -1,0 +1,1 @@
+"""The torque over speed and wrong parameters: docs/torque_map."""

@@ -1,0 +1,1 @@
+"""Error and time of the plant's integrators: docs/performance_plant.md."""

@@ -1,0 +1,153 @@
+"""The work-precision diagram of the plant integrators and the table beside it."""
+
+import argparse
+import json
+import subprocess
+from dataclasses import asdict
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+from matplotlib.axes import Axes
+from sextant_py import errors
+from sextant_py.figure_style import STYLE
+from sextant_py.paths import ROOT
+
+from studies import json_file, page
+from studies.origin import Origin
+
+from . import closed_loops
+
+DATA = Path(__file__).with_name("results.json")
+PICTURE = ROOT / "docs" / "images" / "work_precision.png"
+PAGE = ROOT / "docs" / "performance_plant.md"
+MARK = "table: scripts/work_precision"
+LOOPS_MARK = "closed loops: scripts/work_precision"
+ORIGIN_MARK = "run: scripts/work_precision"
+PROGRAM = ROOT / "build" / "release" / "tests" / "bench" / "sextant_work_precision"
+CONTRACT_NM = 1e-6
+SERIES = {
+    "fixed": ("fixed", "#1b4f9c", "o"),
+    "exact": ("exact", "#3f8f5b", "s"),
+    "erk": ("erk", "#7a3b9a", "D"),
+    "cvode": ("cvode, Adams", "#b3282d", "^"),
+    "cvode_bdf": ("cvode, BDF", "#e08e2b", "v"),
+}
+SHAFTS = {"free_shaft": "Shaft follows the torques", "constant_speed": "Constant speed"}
+# Where the labels of a series stand, in points from their marks.
+OFFSETS = {"fixed": (7, -4, "left"), "exact": (7, 3, "left"), "erk": (7, 3, "left")}
+BESIDE = {"cvode": (-6, -10, "right"), "cvode_bdf": (7, 2, "left")}
+
+
+def points_of(panel: dict, integrator: str) -> list[dict]:
+    """In order of their error; a default that repeats a setting is left out."""
+    found = [p for p in panel["points"] if p["integrator"] == integrator]
+    if integrator == "cvode":
+        found = [p for p in found if not p["default"]]
+    return sorted(found, key=lambda p: p["cpu_s_per_simulated_s"])
+
+
+def label(point: dict) -> str:
+    return point["setting"].removeprefix("default, ").replace(" us", " µs").replace("1e-0", "1e-")
+
+
+def draw_series(axes: Axes, panel: dict, integrator: str) -> None:
+    name, colour, marker = SERIES[integrator]
+    points = points_of(panel, integrator)
+    x = [p["torque_error_nm"] for p in points]
+    y = [p["cpu_s_per_simulated_s"] for p in points]
+    axes.loglog(x, y, color=colour, marker=marker, markersize=5.5, linewidth=1.2, label=name)
+    dx, dy, side = (OFFSETS | BESIDE)[integrator]
+    written = {"erk": points, "fixed": points[:1], "exact": points[:1]}.get(integrator, points)
+    for point in written:
+        position = (point["torque_error_nm"], point["cpu_s_per_simulated_s"])
+        axes.annotate(label(point), position, (dx, dy), textcoords="offset points", ha=side, fontsize=7.5, color=colour)
+
+
+def draw(data: dict, file: Path) -> None:
+    plt.rcParams.update(STYLE)
+    figure, panels = plt.subplots(1, 2, figsize=(9.2, 4.6), sharex=True, sharey=True)
+    for axes, (key, title) in zip(panels, SHAFTS.items(), strict=True):
+        for integrator in SERIES:
+            draw_series(axes, data[key], integrator)
+        axes.axvline(CONTRACT_NM, color="#777777", linewidth=0.8, linestyle="--")
+        axes.set_title(title)
+        axes.set_xlabel("largest error of the torque over the run [N·m]")
+    panels[0].set_xlim(2e-12, 3.0)
+    panels[0].set_ylabel("processor time per simulated second [s/s]")
+    panels[0].text(
+        CONTRACT_NM * 0.75, panels[0].get_ylim()[0] * 1.15, "1e-6 N·m", fontsize=7.5, ha="right", color="#555555"
+    )
+    panels[1].legend(loc="lower right", fontsize=9)
+    figure.savefig(file)
+    plt.close(figure)
+
+
+def table(data: dict) -> str:
+    """The integrators as they come, without any setting."""
+    head = ("`plant.integrator`", "torque error [N·m]", "at constant speed [N·m]", "times real time")
+    held = {p["integrator"]: p for p in data["constant_speed"]["points"] if p["default"]}
+    rows = []
+    for point in data["free_shaft"]["points"]:
+        if point["default"]:
+            name, period = point["integrator"], point["period_us"]
+            errors_nm = (f"{one['torque_error_nm']:.1e}" for one in (point, held[name]))
+            times = (f"{period[key]:.2f}" for key in ("median", "p99_9", "max_of_least_of_9"))
+            rows.append((f"`{name}`", *errors_nm, f"{1 / point['cpu_s_per_simulated_s']:.0f}", ", ".join(times)))
+    return page.table((*head, "a period: median, 99.9 %, worst [µs]"), rows)
+
+
+def rounded(value: object) -> object:
+    """Four digits are enough to publish."""
+    if isinstance(value, float):
+        return float(f"{value:.4g}")
+    if isinstance(value, dict):
+        return {key: rounded(item) for key, item in value.items()}
+    return [rounded(item) for item in value] if isinstance(value, list) else value
+
+
+def measure() -> dict:
+    origin = asdict(Origin.now())
+    done = subprocess.run([PROGRAM], capture_output=True, text=True)
+    if done.returncode != 0:
+        raise errors.UserError(f"{PROGRAM.name} failed: {done.stderr.strip()}")
+    return {"origin": origin} | json.loads(done.stdout)
+
+
+def load(source: Path) -> dict:
+    try:
+        data = json.loads(source.read_text(encoding="utf-8"))
+        Origin(**data["origin"])
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise errors.UserError(f"{source} cannot be read as a measurement: {type(error).__name__}: {error}") from None
+    if any(not data.get(key) for key in (*SHAFTS, "closed_loops")):
+        raise errors.UserError(f"{source} holds no points or no closed loops.")
+    return data
+
+
+def write_page(data: dict) -> None:
+    text = PAGE.read_text(encoding="utf-8")
+    loops = closed_loops.table(data["closed_loops"])
+    for mark, block in ((ORIGIN_MARK, Origin(**data["origin"]).text), (MARK, table(data)), (LOOPS_MARK, loops)):
+        text = page.put(text, mark, block)
+        print(f"{block}\n")
+    PAGE.write_text(text, encoding="utf-8")
+
+
+def main(arguments: list[str]) -> int:
+    parser = argparse.ArgumentParser(prog="work_precision", description="Writes work and precision of the integrators.")
+    parser.add_argument("file", nargs="?", type=Path, metavar="FILE", help="an earlier measurement, drawn again")
+    source = parser.parse_args(arguments).file
+    data = load(source) if source else rounded(measure())
+    json_file.write(DATA, data)
+    PICTURE.parent.mkdir(parents=True, exist_ok=True)
+    draw(data, PICTURE)
+    write_page(data)
+    print(f"written: {PICTURE.relative_to(ROOT)}, {DATA.relative_to(ROOT)}, {PAGE.relative_to(ROOT)}")
+    return 0
+
+
+if __name__ == "__main__":
+    errors.run("work_precision", main)
