@@ -1,8 +1,10 @@
 #include "common/command_line.hpp"
 
+#include <cmath>
 #include <type_traits>
 
 #include <CLI/CLI.hpp>
+#include <fmt/format.h>
 
 #include "common/exit_status.hpp"
 #include "common/program.hpp"
@@ -24,6 +26,11 @@ CLI::Option* add_value(CLI::App& app, const Option& option, T& value) {
 }
 
 template <class T>
+constexpr bool is_whole = std::is_integral_v<T>;
+template <class T>
+constexpr bool is_whole<std::optional<T>> = is_whole<T>;
+
+template <class T>
 constexpr bool has_default = std::is_same_v<T, std::string> || std::is_same_v<T, std::filesystem::path>;
 
 template <class T>
@@ -33,8 +40,23 @@ void show_default(CLI::Option& added, const T& value) {
   }
 }
 
+/// Of a number, which is a whole one where `is_whole`.
+CLI::Validator range(double least, double most, bool is_whole) {
+  const char* const number = is_whole ? "a whole number" : "a number";
+  const auto check = [least, most, is_whole, number](const std::string& text) -> std::string {
+    double value = 0;
+    const bool is_number = CLI::detail::lexical_cast(text, value);
+    const bool is_right = is_number && (!is_whole || std::floor(value) == value);
+    if (is_right && value >= least && value <= most) return {};
+    const std::string end =
+        most < std::numeric_limits<double>::max() ? fmt::format(" to {:g}", most) : std::string{};
+    return fmt::format("expected {} from {:g}{}, got {}", number, least, end, text);
+  };
+  return CLI::Validator{check, fmt::format("{} in [{:g} - {:g}]", is_whole ? "INT" : "FLOAT", least, most)};
+}
+
 /// The names of the values, the help and the checks.
-void refine(CLI::App& app, CLI::Option& added, const Option& option) {
+void refine(CLI::App& app, CLI::Option& added, const Option& option, bool is_whole) {
   if (option.type_name != nullptr) added.type_name(option.type_name);
   if (option.group != nullptr) added.group(option.group);
   if (option.needs != nullptr) added.needs(app.get_option(option.needs));
@@ -43,7 +65,7 @@ void refine(CLI::App& app, CLI::Option& added, const Option& option) {
   if (!option.choices.empty()) added.check(CLI::IsMember(option.choices));
   const bool bounded = option.least > std::numeric_limits<double>::lowest() ||
                        option.most < std::numeric_limits<double>::max();
-  if (bounded) added.check(CLI::Range(option.least, option.most));
+  if (bounded) added.check(range(option.least, option.most, is_whole));
 }
 
 void add(CLI::App& app, const Option& option) {
@@ -51,7 +73,7 @@ void add(CLI::App& app, const Option& option) {
       [&](auto* value) {
         CLI::Option& added = *add_value(app, option, *value);
         show_default(added, *value);
-        refine(app, added, option);
+        refine(app, added, option, is_whole<std::remove_pointer_t<decltype(value)>>);
       },
       option.value);
 }

@@ -30,6 +30,7 @@
 #include "sextant/sim/mil_runner.hpp"
 #include "sextant/sim/simulated_power_stage.hpp"
 #include "sextant/sim/trace_recorder.hpp"
+#include "sextant/sim/trace_threads.hpp"
 #include "sextant/sim/verdict.hpp"
 
 namespace {
@@ -137,6 +138,16 @@ void note_slow_run(const std::string& program, const sextant::ScenarioConfig& co
       1e9 / double(std::max<std::int64_t>(1, run.event_exact.minimum_dwell_ns)));
 }
 
+/// Each run writes its trace in the thread that makes it.
+void check_jobs(const Options& options) {
+  const bool has_threads = std::min(options.jobs, options.scenarios.size()) > 1;
+  if (!has_threads || options.no_trace || sextant::may_write_traces_from_threads()) return;
+  throw std::runtime_error(
+      fmt::format("--jobs {}: the HDF5 library of this machine cannot write from several threads: give "
+                  "--no-trace, or leave --jobs out",
+                  options.jobs));
+}
+
 /// Results are kept under the scenarios' names: each needs one of its own, and one that stays in --out.
 void check_names(const std::vector<std::string>& files, const std::vector<sextant::ScenarioConfig>& configs) {
   for (std::size_t i = 0; i < configs.size(); ++i) {
@@ -238,6 +249,7 @@ std::vector<sextant::ScenarioConfig> read_all(const std::string& program, const 
   std::vector<sextant::ScenarioConfig> configs;
   configs.reserve(options.scenarios.size());
   try {
+    if (!options.print_config) check_jobs(options);
     for (const std::string& file : options.scenarios)
       configs.push_back(sextant::load_scenario_config(file, options.overrides, own));
     if (!options.print_config) check_names(options.scenarios, configs);

@@ -270,7 +270,7 @@ void describe(Section root, DriveConfig& c) {
            c.controller + "\" is not: choose one, or voltage_use of 1 at most";
   });
   root.section("capability").check([&c] { return validate_bands(c); });
-  root.section("machine").check(c.plant.plant);
+  check_plant(root.section("machine"), c.plant.plant);
   plant.check(c.plant.io);
   Section load = root.section("load");
   describe(load, c.load);

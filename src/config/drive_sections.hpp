@@ -19,4 +19,7 @@ void describe_control(Section s, DriveConfig& c);
 void describe_other_machine(Section section, MachineConfig& other, const MachineConfig& machine,
                             const std::string& unset, const std::function<MachineCircuit()>& circuit);
 
+/// The check of the plant's machine; saturation and iron loss are checked where they are described.
+void check_plant(Section machine, const DrivePlantParameters<double>& p);
+
 }  // namespace sextant

@@ -2,6 +2,8 @@
 
 #include <string>
 
+#include "drive_sections.hpp"
+
 namespace sextant {
 namespace {
 
@@ -49,7 +51,7 @@ void describe(Section root, PlantConfig& c) {
   root.derive([&c] { share(c); });
   static constexpr std::int32_t no_lead = 0;
   describe(root.section("plant"), c.plant, no_lead);
-  root.section("machine").check(c.plant.plant);
+  check_plant(root.section("machine"), c.plant.plant);
   root.section("plant").check(c.plant.io);
   Section load = root.section("load");
   describe(load, c.load);

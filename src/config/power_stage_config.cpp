@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <string>
 
+#include "drive_sections.hpp"
 #include "number_text.hpp"
 #include "sextant/config/drive_config.hpp"
 
@@ -128,6 +129,19 @@ std::string check_stiffness(const SimulatedPowerStage::Parameters& p) {
 }
 
 }  // namespace
+
+void check_plant(Section machine, const DrivePlantParameters<double>& p) {
+  machine.check([&p]() -> std::string {
+    if (const char* const problem = p.machine.validate()) return problem;
+    // Saturation and iron loss have checks of their own where they are described.
+    if (p.saturation.validate() || p.iron_loss.validate() ||
+        p.iron_loss.validate_with(p.largest_magnetising_inductance())) {
+      return {};
+    }
+    const char* const problem = p.validate();
+    return problem != nullptr ? problem : "";
+  });
+}
 
 void describe(Section s, SimulatedPowerStage::Parameters& p, const std::int32_t& lead_of_drive) {
   s.choice("integrator", p.integrator,

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "sextant/sim/trace_recorder.hpp"
+#include "sextant/sim/trace_threads.hpp"
 
 namespace sextant {
 namespace {
@@ -52,6 +53,11 @@ hdf5::Handle open_folder(hid_t file, const char* name) {
 }
 
 }  // namespace
+
+bool may_write_traces_from_threads() noexcept {
+  hbool_t is_safe = 0;
+  return H5is_library_threadsafe(&is_safe) >= 0 && is_safe;
+}
 
 bool is_trace(const std::filesystem::path& file) {
   const hdf5::Quiet quiet;

@@ -6,12 +6,14 @@
 #include <gtest/gtest.h>
 
 #include "config/config_files.hpp"
+#include "config/plant_refusals.hpp"
 #include "sextant/config/load_config.hpp"
 
 namespace sextant {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 using Settings = std::vector<std::string>;
 
 TEST(IronLossConfig, IsOffByDefault) {
@@ -40,6 +42,13 @@ TEST(IronLossConfig, AHysteresisThatHoldsTheFluxIsRefused) {
   EXPECT_THAT(ecu_refusal(shipped_ecu, {"plant.iron_loss.hysteresis_ohm=25.5", "plant.saturation.knee_wb=1",
                                         "plant.saturation.exponent=2", "plant.saturation.machine_flux_wb=1"}),
               HasSubstr("plant: iron_loss.hysteresis_ohm must be above 50.79 ohm"));
+}
+
+TEST(IronLossConfig, AWrongHysteresisIsOneSentence) {
+  for (const std::string& refusal : refusals_of_each({"plant.iron_loss.hysteresis_ohm=25.3"})) {
+    EXPECT_THAT(refusal, HasSubstr("iron_loss.hysteresis_ohm must be above"));
+    EXPECT_THAT(refusal, Not(HasSubstr("\n")));
+  }
 }
 
 TEST(IronLossConfig, TheExactIntegratorIsRefused) {

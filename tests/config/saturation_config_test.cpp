@@ -6,12 +6,14 @@
 #include <gtest/gtest.h>
 
 #include "config/config_files.hpp"
+#include "config/plant_refusals.hpp"
 #include "sextant/config/load_config.hpp"
 
 namespace sextant {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 using Settings = std::vector<std::string>;
 
 TEST(SaturationConfig, IsOffByDefault) {
@@ -57,6 +59,15 @@ TEST(SaturationConfig, AFluxFarAboveTheKneeIsRefused) {
   EXPECT_EQ(ecu_refusal(shipped_ecu, {"plant.saturation.knee_wb=1", "plant.saturation.exponent=2",
                                       "plant.saturation.machine_flux_wb=2.9"}),
             "accepted");
+}
+
+TEST(SaturationConfig, AWrongKneeIsOneSentence) {
+  const Settings settings{"plant.saturation.knee_wb=1", "plant.saturation.exponent=2",
+                          "plant.saturation.machine_flux_wb=3.1"};
+  for (const std::string& refusal : refusals_of_each(settings)) {
+    EXPECT_THAT(refusal, HasSubstr("plant.saturation: the flux at which"));
+    EXPECT_THAT(refusal, Not(HasSubstr("\n")));
+  }
 }
 
 TEST(SaturationConfig, TheExactIntegratorIsRefused) {

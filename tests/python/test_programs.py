@@ -337,6 +337,41 @@ def test_missing_scenario_costs_the_others_nothing(tmp_path: Path) -> None:
     assert not out.exists()
 
 
+@pytest.mark.parametrize("jobs", ["0", "257", "1.5", "x", "nan", "-1"])
+def test_a_number_of_jobs_that_is_none(jobs: str, tmp_path: Path) -> None:
+    found = run("sextant-mil", SCENARIO, "--jobs", jobs, "--out", tmp_path / "out")
+    said = (
+        f"sextant-mil: --jobs: expected a whole number from 1 to 256, got {jobs}; sextant-mil --help lists the options"
+    )
+    assert (found.returncode, found.stderr) == (REFUSED, said + "\n")
+
+
+@pytest.fixture
+def hdf5_for_one_thread(tmp_path: Path) -> dict[str, str]:
+    """An environment in which the HDF5 library says of itself that it is for one thread."""
+    source, library = tmp_path / "one_thread.c", tmp_path / "one_thread.so"
+    source.write_text("int H5is_library_threadsafe(_Bool* is_safe) { *is_safe = 0; return 0; }\n", encoding="utf-8")
+    subprocess.run(["cc", "-shared", "-fPIC", "-o", library, source], check=True)
+    return {"LD_PRELOAD": str(library)}
+
+
+def test_traces_are_not_written_from_several_threads_where_hdf5_is_for_one(
+    hdf5_for_one_thread: dict[str, str], tmp_path: Path
+) -> None:
+    other = tmp_path / "other.toml"
+    other.write_text(f'base = "{SCENARIO}"\nname = "other"\n', encoding="utf-8")
+    words = (SCENARIO, other, "--set", "duration_s=0.25", "--out", tmp_path / "out")
+    found = run("sextant-mil", *words, "--jobs", "2", **hdf5_for_one_thread)
+    check_refusal(
+        found,
+        "sextant-mil",
+        "--jobs 2: the HDF5 library of this machine cannot write from several threads: give --no-trace",
+    )
+    assert not (tmp_path / "out").exists()
+    for more in (("--jobs", "2", "--no-trace"), ("--jobs", "1"), ()):
+        assert run("sextant-mil", *words, *more, **hdf5_for_one_thread).returncode != REFUSED, more
+
+
 def test_out_that_cannot_be_made(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     found = run("sextant-mil", SCENARIO, "--out", tmp_path / "file" / "out")

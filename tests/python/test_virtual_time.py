@@ -257,7 +257,11 @@ def test_hdf5_and_csv_hold_the_same(profile: Path, tmp_path: Path) -> None:
     [
         ((), ("the run has no input and no end", "--profile")),
         (("gone.log",), ("gone.log cannot be read",)),
-        (("{commands}", "--profile", "{profile}"), ("not from both",)),
+        (
+            ("{commands}", "--profile", "{profile}"),
+            ("there are the recording ", "commands.log and --profile: leave all but one"),
+        ),
+        (("{commands}", "--lockstep"), ("commands.log and --lockstep: leave all but one",)),
         (("{commands}", "--log-interface", "vcan7"), ("holds frames of can0",)),
         (("{commands}", "--telemetry-out", "run.txt"), ("must end in .csv or .h5",)),
         (("{commands}", "--frames-out", "/no/where.log"), ("/no/where.log cannot be written",)),

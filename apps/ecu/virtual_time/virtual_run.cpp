@@ -6,12 +6,14 @@
 #include <filesystem>
 #include <iostream>
 #include <stdexcept>
+#include <string>
 #include <string_view>
 #include <system_error>
 #include <utility>
 #include <vector>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "ecu/unit/run_report.hpp"
 #include "sextant/comms/contract_ranges.hpp"
@@ -109,9 +111,15 @@ void VirtualRun::set_up_log() {
 }
 
 void VirtualRun::set_up_sources() {
-  const int sources = int(!options_.log.empty()) + int(!options_.profile.empty()) + int(options_.lockstep);
-  if (sources > 1) refuse("commands come from one of recording, --profile and --lockstep, not from both");
-  if (sources == 0 && !scenario_ && !options_.duration_s) {
+  std::vector<std::string> sources;
+  if (!options_.log.empty()) sources.push_back("the recording " + options_.log);
+  if (!options_.profile.empty()) sources.emplace_back("--profile");
+  if (options_.lockstep) sources.emplace_back("--lockstep");
+  if (sources.size() > 1) {
+    refuse("commands come from one source, and there are {}: leave all but one out",
+           fmt::join(sources, " and "));
+  }
+  if (sources.empty() && !scenario_ && !options_.duration_s) {
     refuse("the run has no input and no end: name a recording, a --profile, a --scenario or a --duration");
   }
   timeline_.add(bus_.party());
