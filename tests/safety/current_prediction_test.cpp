@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 #include <gtest/gtest.h>
 
@@ -10,6 +11,8 @@
 
 namespace sextant {
 namespace {
+
+constexpr std::int32_t period_ns = 25'000;
 
 template <class T>
 class CurrentPredictionOf : public testing::Test {};
@@ -23,7 +26,7 @@ TYPED_TEST(CurrentPredictionOf, IsTheChangeOfTheCurrentsOfASteadyMachine) {
   InductionMachineParameters<T> machine{};
   for (const double omega_m : {-6000.0, -300.0, 20.0, 1000.0, 6000.0}) {
     const SteadyMachine steady = SteadyMachine::of_torque(paper, 0.05, omega_m, 1.0);
-    CurrentPrediction<T> prediction{machine, T(0)};
+    CurrentPrediction<T> prediction{machine, {}, period_ns};
     double largest = 0.0;
     for (int n = 0; n <= 200; ++n) {
       const Measurement<T> m = steady.template measurement<T>(n);
@@ -60,7 +63,7 @@ TYPED_TEST(CurrentPredictionOf, AFluxThatMayBeWrongByMoreThanItselfMakesEUncerta
   for (const double flux : {0.9, 0.3, 0.0}) {
     for (const double error : {0.0, 0.2, 0.9}) {
       for (const double sign : {-1.0, 1.0}) {
-        CurrentPrediction<T> prediction{InductionMachineParameters<T>{}, T(0)};
+        CurrentPrediction<T> prediction{InductionMachineParameters<T>{}, {}, period_ns};
         prediction.restart({}, {T(flux), T(0)});
         const SpaceVector<double> end = polar(flux, sign * turn);
         const PredictedChange<T> change =
@@ -77,15 +80,27 @@ TYPED_TEST(CurrentPredictionOf, AFluxThatMayBeWrongByMoreThanItselfMakesEUncerta
 TYPED_TEST(CurrentPredictionOf, AStatedErrorOfTheVoltageIsAllowedForTwice) {
   using T = TypeParam;
   const InductionMachineParameters<double> paper{};
-  CurrentPrediction<T> prediction{InductionMachineParameters<T>{}, T(3)};
+  CurrentPrediction<T> prediction{InductionMachineParameters<T>{}, {.voltage_error = T(3)}, period_ns};
   prediction.restart({}, {});
   const PredictedChange<T> change = prediction.step({}, {}, {}, T(0), T(25e-6));
   EXPECT_NEAR(double(change.uncertainty), 6 * 25e-6 / paper.sigma_l_s(), 1e-5);
 }
 
+// Dead times of 3 µs in a period of 125 µs take 12 V of a leg at 500 V, a threshold 1 V; of the phase's
+// voltage two thirds.
+TYPED_TEST(CurrentPredictionOf, WhatHangsOnTheSignOfTheCurrentIsToldApart) {
+  using T = TypeParam;
+  const InductionMachineParameters<double> paper{};
+  CurrentPrediction<T> prediction{
+      InductionMachineParameters<T>{}, {.dead_time_ns = 3000, .threshold_voltage = T(1)}, 125'000};
+  prediction.restart({}, {});
+  const PredictedChange<T> change = prediction.step({}, {}, {}, T(500), T(250e-6));
+  EXPECT_NEAR(double(change.by_sign), 2.0 / 3.0 * 13.0 * 250e-6 / paper.sigma_l_s(), 1e-5);
+}
+
 TYPED_TEST(CurrentPredictionOf, ARestartBeginsAtTheCurrentsAndTheFluxGiven) {
   using T = TypeParam;
-  CurrentPrediction<T> prediction{InductionMachineParameters<T>{}, T(0)};
+  CurrentPrediction<T> prediction{InductionMachineParameters<T>{}, {}, period_ns};
   prediction.restart({T(10), T(-5), T(-5)}, {T(0.9), T(0)});
   const PredictedChange<T> change =
       prediction.step({T(10), T(-5), T(-5)}, {.psi_r = {T(0.9), T(0)}}, {}, T(0), T(25e-6));

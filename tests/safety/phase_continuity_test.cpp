@@ -72,6 +72,21 @@ TYPED_TEST(PhaseContinuityOf, TheUncertaintyOfThePredictionIsAllowedForUntilTheF
   }
 }
 
+TYPED_TEST(PhaseContinuityOf, WhatHangsOnTheSignOfTheCurrentIsAllowedForAlsoWhenTheFluxHasTurned) {
+  using T = TypeParam;
+  for (const double by_sign : {0.28, 0.31}) {
+    this->continuity.restart();
+    int open_at = 0;
+    for (int k = 1; k <= 400 && open_at == 0; ++k) {
+      this->continuity.step({T(0), T(20), T(-20)},
+                            {.v = {T(0.3), T(-0.15), T(-0.15)}, .by_sign = T(by_sign), .turn = T(0.1)});
+      if (this->continuity.is_open(0)) open_at = k;
+    }
+    // 2z = 4 A by 0.02 A a period, or never.
+    EXPECT_NEAR(open_at, by_sign < 0.3 ? 201 : 0, 1);
+  }
+}
+
 TYPED_TEST(PhaseContinuityOf, NoTurnCountsWhileTheOthersCarryLittle) {
   for (int k = 0; k < 1000; ++k) this->step(0.0, 7.9, 0.3, 0.4, 0.05);
   EXPECT_FALSE(this->continuity.is_open(0));

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 #include "sextant/core/induction_machine_parameters.hpp"
+#include "sextant/core/inverter_model.hpp"
 #include "sextant/core/space_vector.hpp"
 
 namespace sextant {
@@ -14,6 +16,7 @@ struct PredictedChange {
   ThreePhase<T> v{};  ///< by the applied voltage [A]
   ThreePhase<T> e{};  ///< against it, by the voltage of the rotor flux and the drop at R_s [A]
   T uncertainty{};    ///< of v − e, by parameters and inverter, in one phase [A]
+  T by_sign{};        ///< of v, what hangs on the sign of the phase's own current [A]
   T error_turn{};     ///< by how much an error of e may differ from that of the interval before [A]
   T turn{};           ///< of the rotor flux [rad]
   T rotor_turn{};     ///< of the rotor, electrical [rad]
@@ -48,13 +51,18 @@ class CurrentPrediction {
   /// of them. [-]
   static constexpr T voltage_uncertainty = T(0.02);
 
-  /// voltage_error: stated one of the stator voltage, of which two are allowed for. [V]
-  CurrentPrediction(const InductionMachineParameters<T>& machine, T voltage_error) noexcept
+  /// inverter: of its stated voltage error two are allowed for; what dead time and threshold take of a
+  /// phase's voltage, two thirds of what they take of its leg's, has the sign of its current, which a reading
+  /// near zero does not show. period_ns: control period. [ns]
+  CurrentPrediction(const InductionMachineParameters<T>& machine,
+                    const typename InverterModel<T>::Parameters& inverter, std::int32_t period_ns) noexcept
       : inverse_inductance_{T(1) / machine.sigma_l_s()},
         half_resistance_{T(0.5) * machine.r_s * inverse_inductance_},
         flux_gain_{machine.k_r() * inverse_inductance_},
         voltage_error_{voltage_uncertainty * T(2) / T(3) * inverse_inductance_},
-        stated_error_{T(2) * voltage_error * inverse_inductance_} {}
+        stated_error_{T(2) * inverter.voltage_error * inverse_inductance_},
+        dead_share_{T(2) / T(3) * inverse_inductance_ * T(inverter.dead_time_ns) / T(period_ns)},
+        threshold_{T(2) / T(3) * inverse_inductance_ * inverter.threshold_voltage} {}
 
   /// The end of an interval of dt [s] in which every leg was driven: currents [A], rotor flux, ∫u_x dt over
   /// it [V·s] and link voltage [V].
@@ -73,6 +81,7 @@ class CurrentPrediction {
     const T by_flux = flux_gain_ * rotor.error * turn;
     out.uncertainty = std::max(emf_uncertainty * magnitude(clarke(out.e)), by_flux) +
                       (voltage_error_ * u_dc + stated_error_) * dt;
+    out.by_sign = (dead_share_ * std::max(T(0), u_dc) + threshold_) * dt;
     out.error_turn = by_flux * turn;
     const T square = std::max(dot(psi_r, psi_r), dot(psi_r_, psi_r_));
     out.turn = square > T(0) ? cross(psi_r_, psi_r) / square : T(0);
@@ -92,6 +101,8 @@ class CurrentPrediction {
   T flux_gain_;             ///< k_r/σL_s [A/Wb]
   T voltage_error_;         ///< of v by u_dc, a second [A/(V·s)]
   T stated_error_;          ///< the same, stated [A/s]
+  T dead_share_;            ///< of v, what dead times take by u_dc, a second [A/(V·s)]
+  T threshold_;             ///< the same, the threshold voltage [A/s]
   ThreePhase<T> i_{};       ///< at the last measurement [A]
   SpaceVector<T> psi_r_{};  ///< at the last measurement [Wb]
 };

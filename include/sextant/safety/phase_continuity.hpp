@@ -15,12 +15,15 @@ namespace sextant {
 /// The true current moves by less than 2z meanwhile, and the sum of its predicted changes by no more than 2z
 /// by the smallest response of a healthy phase (`CurrentPrediction`; v − e of an open phase is the voltage
 /// that its controller raises in vain):
-///   |Σ (v − e)| > 2z/response + Σ uncertainty  for `least_periods` or longer: the phase is open.
+///   |Σ (v − e)| > 2z/response + Σ by_sign + Σ uncertainty  for `least_periods` or longer: the phase is open.
+/// by_sign is what dead times take with the sign of a current, which readings near zero do not show: they may
+/// hold a healthy current there.
 /// A phase without current has no drop at R_s, so that the sum hangs on the change of the rotor flux alone.
 /// At higher speed this grows with the uncertainty; there the turn of the rotor flux takes its place. A
 /// healthy current of peak I is below z for a turn of 2 asin(z/I): after a turn of 0.35 rad + 8 z/I, more
-/// than four times that, the sum must be above 2z/response alone. The turn counts where I is above 4z. With
-/// one phase open, the voltage along it raises no current in the others either: all may be without.
+/// than four times that, the sum must be above 2z/response + Σ by_sign alone. The turn counts where I is
+/// above 4z. With one phase open, the voltage along it raises no current in the others either: all may be
+/// without.
 template <class T = double>
 class PhaseContinuity {
  public:
@@ -39,9 +42,9 @@ class PhaseContinuity {
     const T peak = std::max({std::abs(i.a), std::abs(i.b), std::abs(i.c)});
     const T z = parameters_.zero_current;
     const T turn = peak > T(4) * z ? change.turn * peak / (T(0.35) * peak + T(8) * z) : T(0);
-    step(phases_[0], i.a, change.v.a - change.e.a, change.uncertainty, turn);
-    step(phases_[1], i.b, change.v.b - change.e.b, change.uncertainty, turn);
-    step(phases_[2], i.c, change.v.c - change.e.c, change.uncertainty, turn);
+    step(phases_[0], i.a, change.v.a - change.e.a, change, turn);
+    step(phases_[1], i.b, change.v.b - change.e.b, change, turn);
+    step(phases_[2], i.c, change.v.c - change.e.c, change, turn);
   }
 
   constexpr void restart() noexcept { phases_ = {}; }
@@ -65,7 +68,7 @@ class PhaseContinuity {
     const Phase& p = phases_[n];
     if (!has_no_current(n)) return false;
     const T error = std::abs(p.turn) > T(1) ? T(0) : p.uncertainty;
-    return std::abs(p.unanswered) > most_change_ + error;
+    return std::abs(p.unanswered) > most_change_ + p.by_sign + error;
   }
 
  private:
@@ -75,11 +78,12 @@ class PhaseContinuity {
     T still{};        ///< reading since which they stand still [A]
     int periods{};    ///< since then, up to the least that count [-]
     T unanswered{};   ///< Σ (v − e) [A]
-    T uncertainty{};  ///< of it [A]
+    T by_sign{};      ///< of it, by the sign of the current [A]
+    T uncertainty{};  ///< of it, beside [A]
     T turn{};         ///< of the rotor flux, by the most of a healthy phase [-]
   };
 
-  void step(Phase& p, T i, T predicted, T uncertainty, T turn) noexcept {
+  void step(Phase& p, T i, T predicted, const PredictedChange<T>& change, T turn) noexcept {
     if (std::abs(i) >= parameters_.zero_current) {
       p = {};
       return;
@@ -91,7 +95,8 @@ class PhaseContinuity {
     }
     p.periods = std::min(p.periods + 1, parameters_.least_periods);
     p.unanswered += predicted;
-    p.uncertainty += uncertainty;
+    p.by_sign += change.by_sign;
+    p.uncertainty += change.uncertainty;
     p.turn += turn;
   }
 

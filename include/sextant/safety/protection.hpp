@@ -41,7 +41,7 @@ class Protection {
                  .noise = parameters.current_noise,
                  .step = parameters.current_step}},
         inverter_{parameters.inverter, parameters.machine.sigma_l_s()},
-        prediction_{parameters.machine, parameters.inverter.voltage_error},
+        prediction_{parameters.machine, parameters.inverter, parameters.period_ns},
         response_{{.period_ns = parameters.period_ns,
                    .jump = parameters.current_jump,
                    .step = parameters.current_step}},
