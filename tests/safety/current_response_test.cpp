@@ -287,7 +287,7 @@ class WeakenedMachine {
         dt_{with_period_ns * 1e-9},
         flux_{300.0 / std::abs(omega_)},
         random_{with_seed},
-        prediction_{InductionMachineParameters<T>{}, T(4)},
+        prediction_{InductionMachineParameters<T>{}, {.voltage_error = T(4)}, with_period_ns},
         monitored_{InductionMachineParameters<T>{}},
         judged_{{.period_ns = with_period_ns, .jump = T(100), .step = T(step)}} {
     true_machine_.l_m *= 2.0;
