@@ -63,7 +63,7 @@ void check_circuit(const MachineKeys& k, const std::string& key, const std::opti
     if (!x || has(circuit())) return {};
     return std::string{"the circuit of this machine is \""} + name_of(circuit()) + "\", which has " +
            (circuit() == MachineCircuit::t ? "l_ls_h and l_lr_h instead" : "l_sigma_h instead") +
-           ": give that, or another circuit";
+           ": give that and leave this key out of its file, or give another circuit";
   });
 }
 

@@ -116,7 +116,7 @@ std::string check_stiffness(const SimulatedPowerStage::Parameters& p) {
       check_steps(p, SimulatedPowerStage::Plant{p.plant},
                   "the leakage inductances of this [machine] are too small for its resistances", "machines");
   if (problem.empty() && p.link.acts()) {
-    const DcLink<double> link{p.link, p.plant.machine.sigma_l_s(), p.io.u_dc};
+    const DcLink<double> link{p.link, p.plant.machine.sigma_l_s(), p.io.u_dc, p.io.u_dc};
     problem = check_steps(p, LinkedPowerStage::Plant{p.plant, link},
                           "capacitance, resistances or inductance of [plant.link] are too small", "links");
   }
@@ -134,8 +134,8 @@ void check_plant(Section machine, const DrivePlantParameters<double>& p) {
   machine.check([&p]() -> std::string {
     if (const char* const problem = p.machine.validate()) return problem;
     // Saturation and iron loss have checks of their own where they are described.
-    if (p.saturation.validate() || p.iron_loss.validate() ||
-        p.iron_loss.validate_with(p.largest_magnetising_inductance())) {
+    if (p.saturation.validate() || p.points.validate() || p.leakage.validate() || p.validate_curve() ||
+        p.iron_loss.validate() || p.iron_loss.validate_with(p.largest_magnetising_inductance())) {
       return {};
     }
     const char* const problem = p.validate();

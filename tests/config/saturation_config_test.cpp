@@ -108,6 +108,7 @@ TEST(SaturationConfig, PointsThatMakeNoCurveAreRefused) {
     return ecu_refusal(shipped_ecu, settings);
   };
   EXPECT_THAT(why("[[1, 10]]"), HasSubstr("plant.saturation: the points of the saturation must be none, or"));
+  EXPECT_THAT(why("[[1, 10]]"), Not(HasSubstr("machines/"))) << "one sentence";
   EXPECT_THAT(why("[[1, 10], [0.9, 20]]"), HasSubstr("must rise from above zero in flux and current"));
   EXPECT_THAT(why("[[0, 0], [1, 20]]"), HasSubstr("plant.saturation.points: expected"));
   EXPECT_THAT(why("[[1, 10], [1.2, 11]]"), HasSubstr("must end where the current rises more than"));

@@ -97,5 +97,14 @@ TEST(IronLossRun, SoDoesDirectTorqueControl) {
   }
 }
 
+// The loss feeds back on the change of the flux that makes it: told a resistance far below that of any
+// machine, of which R_r is a multiple, the estimate is wrong and finite.
+TEST(IronLossRun, AResistanceBelowThatOfTheRotorLeavesTheEstimateFinite) {
+  for (const double resistance : {0.3, 0.01}) {
+    const Seen seen = run<FieldOrientedController<double>>(50.0, 20.0, resistance);
+    EXPECT_TRUE(std::isfinite(seen.estimate) && std::isfinite(seen.monitored)) << resistance;
+  }
+}
+
 }  // namespace
 }  // namespace sextant

@@ -103,8 +103,10 @@ std::string reason_for(const Telemetry<double>& t) {
       return "waiting for the first valid measurement";
     case DriveState::standby:
       if (t.command_sequence == 0) return "no valid command yet";
-      return t.lockout ? "locked out until a valid disable"
-                       : "waiting for the DC link, whose voltage is below capability.ready_voltage_v";
+      if (t.lockout) return "locked out until a valid disable";
+      return t.derating_cause == DeratingCause::dc_link_low
+                 ? "waiting for the DC link, whose voltage is below capability.ready_voltage_v"
+                 : "getting ready";
     case DriveState::ready:
       return t.torque_motoring == 0.0 && t.torque_regenerating == 0.0
                  ? "no torque available at this speed and link voltage"

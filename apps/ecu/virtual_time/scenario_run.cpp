@@ -141,6 +141,10 @@ class ObservedRun {
   /// Exit status.
   int run() {
     outcomes_.front() = outcome_of([this] { return runs_.front().result(); });
+    // What kept the run from its end keeps every drive from a result.
+    for (std::size_t k = 1; k < outcomes_.size(); ++k) {
+      if (!outcomes_[k].result && !outcomes_[k].problem) outcomes_[k].problem = outcomes_[k - 1].problem;
+    }
     Verdict first = Verdict::pass;  // in the order of the verdicts
     std::exception_ptr problem;
     for (std::size_t k = 0; k < runs_.size(); ++k) {

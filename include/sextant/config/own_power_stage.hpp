@@ -41,11 +41,11 @@ class OwnPowerStage {
 
 /// The power stage of class `Io`, a `DriveIo<double>`, or a `SupervisedDriveIo<double>` where other threads
 /// have to turn its gates off, with
-///   static constexpr const char* name, meaning;    as above
-///   static constexpr bool waits_for_drive = true;  as above; left out for hardware
-///   struct Parameters;                             defaults, validate(), set_basis(const
-///   DriveBasis<double>&) explicit Io(const Parameters&);                opens it; may throw
-///   std::runtime_error with one sentence
+/// - `static constexpr const char* name, meaning;`, as above
+/// - `static constexpr bool waits_for_drive = true;`, as above; left out for hardware
+/// - `struct Parameters;` with defaults, `validate()` and `set_basis(const DriveBasis<double>&)`
+/// - `explicit Io(const Parameters&);`, which opens it and may throw std::runtime_error with one sentence
+///
 /// and, found with the parameters, the keys of its table, as `Description` has it:
 ///   void describe(sextant::Description& d, Io::Parameters& p);
 /// Ranges of keys are always checked; `validate()` is checked after all where the power stage is chosen or

@@ -45,7 +45,8 @@ template <class T>
 /// the curve's L_m.
 ///
 /// Where the iron loss is known it takes i_fe = (1/R_fe) k_r dψ_r/dt, of the current that the current model
-/// has beside, and `iron_torque` from the torque; both are those of the period before.
+/// has beside, and `iron_torque` from the torque; both are those of the period before. While the gates are
+/// off it takes nothing.
 ///
 /// Where R_s varies with a known temperature of the winding (`WindingResistance`), the temperature scales R_s
 /// in use, whatever has made it, and the configured R_s about which identification and adaptation have their
@@ -265,16 +266,20 @@ class FluxTorqueEstimator {
     if (is_new || saturation_.acts()) follow_flux();
   }
 
-  /// Of the estimated flux; the rotor's turns without the ripple of the stator's.
+  /// Of the estimated flux; the rotor's turns without the ripple of the stator's. With f that
+  /// dψ_r/dt would be by all of i_s, dψ_r/dt = f(i_s − i_fe) = f/(1 + k_r² R_r/R_fe). While the rotor's flux
+  /// is small beside the stator's it has no speed of its own.
   [[gnu::noinline]] void follow_iron_loss() noexcept {
     const SpaceVector<T> psi_r = current_model_.psi_r_from(psi_s_, i_s_);
-    const SpaceVector<T> rate = current_model_.derivative(psi_r, i_s_ - i_fe_, omega_m());
-    const T square = dot(psi_r, psi_r);
-    const bool turns = square > T(0);
-    i_fe_ = (iron_conductance_ * present_.k_r()) * rate;
-    iron_torque_ =
-        turns ? iron_torque(torque_gain_, iron_conductance_, cross(psi_r, rate) / square, dot(psi_s_, psi_s_))
-              : T(0);
+    const T k_r = present_.k_r();
+    const SpaceVector<T> rate = (T(1) / (T(1) + iron_conductance_ * k_r * k_r * present_.r_r)) *
+                                current_model_.derivative(psi_r, i_s_, omega_m());
+    const T stator_squared = dot(psi_s_, psi_s_);
+    const T square = std::max(dot(psi_r, psi_r), T(0.25) * stator_squared);
+    i_fe_ = (iron_conductance_ * k_r) * rate;
+    iron_torque_ = square > T(0) ? iron_torque(torque_gain_, iron_conductance_, cross(psi_r, rate) / square,
+                                               stator_squared)
+                                 : T(0);
   }
 
   /// The current is in the direction of the rotor flux: only the magnitude of the flux is in question.

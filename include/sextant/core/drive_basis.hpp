@@ -15,7 +15,8 @@ template <class T = double>
 struct DriveBasis {
   InductionMachineParameters<T> machine{};  ///< as the drive takes it to be
   SaturationParameters<T> saturation{};     ///< the same, of its main flux; none by default
-  /// The same, R_fe of its iron loss, per phase (`iron_torque`); infinite: none [Ω]
+  /// The same, R_fe of its iron loss, per phase (`iron_torque`); infinite: none; in a `DriveSetup` that of
+  /// `optimal_flux` takes its place [Ω]
   T iron_loss_resistance{no_iron_loss<T>};
   typename InverterModel<T>::Parameters inverter{};  ///< the same, what makes the voltage of the patterns
   std::int32_t period_ns{25'000};                    ///< control period [ns]

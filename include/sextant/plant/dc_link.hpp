@@ -25,8 +25,8 @@ namespace sextant {
 /// The energies that it meters balance with that into the inverter, `EnergyMeter::dc_link`:
 ///   E_source = E_resistance + E_chopper + E_dc + ∫p dt + W(t) − W(0),   W = ½ C u² + ½ L i²
 ///
-/// Below a tenth of u_0 the current of p falls with u, in place of p/u, which has no bound: less is drawn
-/// there than is lost.
+/// Below a tenth of the nominal u_0 the current of p falls with u, in place of p/u, which has no bound: less
+/// is drawn there than is lost.
 ///
 /// Below zero volts the diodes of the bridge would short the link, which is not modelled: the state is not
 /// valid there.
@@ -49,9 +49,14 @@ class DcLink {
   /// It conducts again once the link has fallen this much below it. [V]
   static constexpr T voltage_tolerance = T(1e-3);
 
-  /// The parameters must be valid, and act. transient_inductance: σL_s of the machine [H]; initial_voltage:
-  /// to which the capacitor is charged at first [V].
+  /// The same of a source of that initial voltage.
   constexpr DcLink(const Parameters& parameters, T transient_inductance, T initial_voltage) noexcept
+      : DcLink{parameters, transient_inductance, initial_voltage, initial_voltage} {}
+
+  /// The parameters must be valid, and act. transient_inductance: σL_s of the machine [H]; initial_voltage:
+  /// to which the capacitor is charged at first [V]; nominal_voltage: of the source [V].
+  constexpr DcLink(const Parameters& parameters, T transient_inductance, T initial_voltage,
+                   T nominal_voltage) noexcept
       : has_inductance_{parameters.source_inductance > T(0)},
         has_diode_{parameters.source_diode},
         has_precharge_{parameters.has_precharge()},
@@ -65,6 +70,7 @@ class DcLink {
         chopper_on_{parameters.chopper_on},
         chopper_off_{parameters.chopper_off},
         initial_voltage_{initial_voltage},
+        least_squared_{T(0.01) * nominal_voltage * nominal_voltage},
         rate_squared_{std::max(
             rate_squared(parameters, resistance_, inductance_, transient_inductance),
             has_precharge_ ? rate_squared(parameters, precharge_, T(0), transient_inductance) : T(0))} {}
@@ -78,9 +84,8 @@ class DcLink {
     const T u = y[voltage];
     const T i = current(y, plant.u_given);
     const T i_b = chops_ ? chopper_conductance_ * u : T(0);
-    const T least_squared = T(0.01) * plant.u_given * plant.u_given;
     const T i_l =
-        plant.inverter_loss == T(0) ? T(0) : plant.inverter_loss * u / std::max(u * u, least_squared);
+        plant.inverter_loss == T(0) ? T(0) : plant.inverter_loss * u / std::max(u * u, least_squared_);
     const T r = series_resistance();
     dy[voltage] = (i - plant.i_dc - i_l - i_b) / capacitance_;
     dy[source_current] = is_inductive() && conducts_ ? (plant.u_given - u - r * i) / inductance_ : T(0);
@@ -198,6 +203,7 @@ class DcLink {
   T chopper_on_;           ///< [V]
   T chopper_off_;          ///< [V]
   T initial_voltage_;      ///< [V]
+  T least_squared_;        ///< a tenth of the nominal u_0, squared [V²]
   T rate_squared_;         ///< [1/s²]
 };
 

@@ -20,8 +20,8 @@ namespace sextant {
 /// b = R_R omega_h/R_h, this is
 ///   dpsi_r/dt = (1 − s) f,   k_r i_fe = s f/R_r,   s = (e |f| + b |psi_r|)/((1 + e) |f|)
 /// and where |f| ≤ b |psi_r| hysteresis holds the flux, s = 1. No state is added, none gets stiff, and the
-/// stator current is the function of the flux linkages that it is without iron loss: with saturation, which
-/// adds to it along psi_s alone, as without. The torque is that of the rotor's current, 3/2 p psi_R × i_R.
+/// stator current is the function of the flux linkages that it is without iron loss, with saturation as
+/// without. The torque is that of the rotor's current, 3/2 p psi_R × i_R.
 ///
 /// What this neglects: the branch sees the flux behind both leakages, so that iron of leakage paths and the
 /// voltage of the switching, which the leakage takes, lose nothing.

@@ -153,7 +153,7 @@ class BasicSimulatedPowerStage {
     else if constexpr (std::same_as<System, EnergyMeter<double>>)
       return {m.r_s + p.plant.drops.slope_resistance, m.r_r};
     else if constexpr (std::same_as<System, DcLink<double>>)
-      return {p.link, m.sigma_l_s(), p.link.initial_voltage.value_or(p.io.u_dc)};
+      return {p.link, m.sigma_l_s(), p.link.initial_voltage.value_or(p.io.u_dc), p.io.u_dc};
     else if constexpr (std::same_as<System, Driveline<double>>)
       return {p.driveline, m.inertia, p.plant.viscous_friction, p.plant.road_load};
     else
