@@ -40,6 +40,8 @@
 #include "sextant/plant/initial_state.hpp"
 #include "sextant/plant/inverter_loss_parameters.hpp"
 #include "sextant/plant/iron_loss_parameters.hpp"
+#include "sextant/plant/leakage_saturation.hpp"
+#include "sextant/plant/magnetising_points.hpp"
 #include "sextant/plant/thermal_parameters.hpp"
 #include "sextant/plant/vehicle_parameters.hpp"
 #include "sextant/realtime/realtime_parameters.hpp"
@@ -277,6 +279,8 @@ TYPED_TEST(Descriptions, OfControllersHaveTheKeysOfTheirParts) {
 TYPED_TEST(Descriptions, NameEveryMemberOfThePlant) {
   expect_all_named<ConductionDrops<TypeParam>>();
   expect_all_named<SaturationParameters<TypeParam>>();
+  expect_all_named<MagnetisingPoints<TypeParam>>();
+  expect_all_named<LeakageSaturation<TypeParam>>();
   expect_all_named<IronLossParameters<TypeParam>>();
   expect_all_named<DcLinkParameters<TypeParam>>();
   expect_all_named<DrivelineParameters<TypeParam>>();
@@ -296,6 +300,7 @@ TEST(DescriptionsOfARun, NameEveryMember) {
   expect_all_named<EncoderParameters>();
   expect_all_named<ResolverParameters>();
   expect_all_named<SinCosEncoderParameters>();
+  expect_all_named<TemperatureSensorParameters>();
   expect_all_named<VehicleParameters>();
   expect_all_named<FixedStepParameters>();
   expect_all_named<ExactParameters>();
@@ -319,7 +324,7 @@ TEST(DescriptionsOfARun, NameEveryMemberOfSensorsFaultsAndLosses) {
   describe(of_sensors, sensors, lead_of_drive);
   const std::size_t in_parts = 2 * members<ConverterParameters>() + 3 * members<PhaseSensorError>() +
                                members<EncoderParameters>() + members<ResolverParameters>() +
-                               members<SinCosEncoderParameters>();
+                               members<SinCosEncoderParameters>() + members<TemperatureSensorParameters>();
   expect_own_members(of_sensors, in_parts + 3);  // and seed, lead and skew
   PlantFaultParameters fault;
   const double u_dc = 530;

@@ -25,6 +25,8 @@ const std::string file = SEXTANT_SOURCE_DIR "/configs/scenarios/plant/everything
 constexpr std::array not_effects{
     // How it is integrated.
     "plant.integrator", "plant.cvode.", "plant.fixed.", "plant.exact.", "plant.erk.",
+    // In the place of the law of the main flux.
+    "plant.saturation.points",
     // Not beside the losses, which are those of edges.
     "plant.inverter.law",
     // The shaft has one sensor: the resolver.
