@@ -216,9 +216,10 @@ TEST(MachineConfig, KeysOfAnotherCircuitAreRefused) {
   };
   const std::string t = "l_ls_h = 0.01\nl_lr_h = 0.01\nl_m_h = 0.1\n";
   EXPECT_EQ(why(t), "accepted");
-  EXPECT_THAT(why(t + "l_sigma_h = 0.01\n"),
-              HasSubstr("motor.toml:8: l_sigma_h: the circuit of this machine is \"T\", which has l_ls_h and "
-                        "l_lr_h instead: give that, or another circuit"));
+  EXPECT_THAT(
+      why(t + "l_sigma_h = 0.01\n"),
+      HasSubstr("motor.toml:8: l_sigma_h: the circuit of this machine is \"T\", which has l_ls_h and "
+                "l_lr_h instead: give that and leave this key out of its file, or give another circuit"));
   const std::string gamma = "circuit = \"gamma\"\nl_m_h = 0.1\n";
   EXPECT_EQ(why(gamma + "l_sigma_h = 0.01\n"), "accepted");
   EXPECT_THAT(why(gamma),

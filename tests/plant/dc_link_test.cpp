@@ -501,10 +501,12 @@ TEST(DcLink, FloatAgreesWithDouble) {
   EXPECT_NEAR(plant.u_dc(), 530 * -std::expm1(-1.0), 0.05);
 }
 
-// p/u has no bound where u falls to zero; from a tenth of the source's voltage down the current falls with u.
+// p/u has no bound where u falls to zero; from a tenth of the nominal voltage of the source down the current
+// falls with u.
 TEST(DcLink, ALossOfTheInverterLeavesAnEmptyLinkAlone) {
   constexpr double capacitance = 1e-3, source_u = 500, resistance = 0.2, p = 100;
-  const DcLink<double> link{{.capacitance = capacitance, .source_resistance = resistance}, 5e-3, 0.0};
+  const DcLink<double> link{
+      {.capacitance = capacitance, .source_resistance = resistance}, 5e-3, 0.0, source_u};
   const auto current = [&](double u) {
     std::array<double, 5> y{}, dy{};
     y[DcLink<double>::voltage] = u;
