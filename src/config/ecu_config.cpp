@@ -51,6 +51,7 @@ void choose_power_stage(EcuConfig& c, std::string_view name) {
 
 void describe_power_stage(Section root, EcuConfig& c) {
   std::vector<std::string> names;
+  names.reserve(std::size(power_stage_names) + c.own_power_stages.size());
   for (const PowerStageName& known : power_stage_names) names.emplace_back(known.name);
   std::string meaning = "a plant in this process, in another one of this machine, or on another machine";
   for (const auto& own : c.own_power_stages) {
@@ -62,7 +63,7 @@ void describe_power_stage(Section root, EcuConfig& c) {
                        [&c](std::string_view name) { choose_power_stage(c, name); }});
 }
 
-void describe_own_power_stages(Section root, EcuConfig& c) {
+void describe_own_power_stages(const Section& root, EcuConfig& c) {
   for (auto& own : c.own_power_stages) {
     Section table = root.section(own->name());
     own->describe_table(table, c.drive.control);

@@ -119,7 +119,7 @@ void require_drives(const std::vector<DriveOverride>& overrides, const DrivesCon
     const bool is_there = std::ranges::any_of(
         config.drives, [&given](const EcuConfig& drive) { return given.counts_for(drive.drive_id); });
     if (is_there) continue;
-    throw ConfigError{{{"--set", 0, for_drive(*given.drive_id, given.text),
+    throw ConfigError{{{"--set", 0, for_drive(given.drive_id.value_or(0), given.text),
                         "no drive has this drive_id; there is " + ids}}};
   }
 }
@@ -166,6 +166,7 @@ DrivesConfig load_drives_config(const std::string& file, const std::vector<std::
                                 const EcuExtensions& own) {
   Layer layer = read_layer(file);
   std::vector<DriveOverride> given;
+  given.reserve(overrides.size());
   for (const std::string& text : overrides) given.push_back(drive_override(text));
   const toml::node* const found = layer.table.get(drive_tables);
   if (found == nullptr || !found->is_array()) {

@@ -42,7 +42,7 @@ std::string check_magnetics(const SimulatedPowerStage::Parameters& p) {
 }
 
 /// Of main flux and leakage.
-void describe_saturation(Section s, DrivePlantParameters<double>& p) {
+void describe_saturation(const Section& s, DrivePlantParameters<double>& p) {
   describe_parameters(s, p.saturation);
   describe_parameters(s, p.points);
   describe_parameters(s.section("leakage"), p.leakage);

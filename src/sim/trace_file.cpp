@@ -55,7 +55,7 @@ hdf5::Handle open_folder(hid_t file, const char* name) {
 }  // namespace
 
 bool may_write_traces_from_threads() noexcept {
-  hbool_t is_safe = 0;
+  hbool_t is_safe = false;
   return H5is_library_threadsafe(&is_safe) >= 0 && is_safe;
 }
 

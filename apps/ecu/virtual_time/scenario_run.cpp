@@ -162,6 +162,7 @@ class ObservedRun {
  private:
   [[nodiscard]] std::vector<std::string> names() const {
     std::vector<std::string> names;
+    names.reserve(scenarios_.size());
     for (const Scenario& scenario : scenarios_) names.push_back(scenario.name);
     return names;
   }
@@ -196,6 +197,7 @@ class ObservedRun {
 
   void play() {
     std::vector<DriveIo<double>*> ends;
+    ends.reserve(scenarios_.size());
     for (std::size_t k = 0; k < scenarios_.size(); ++k)
       ends.push_back(&stages_.emplace_back(scenarios_[k], config_.drives[k].drive.plant).io());
     const Scenario& scenario = scenarios_.front();

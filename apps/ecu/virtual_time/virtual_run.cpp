@@ -104,6 +104,7 @@ std::vector<VirtualUnit::Parts> VirtualRun::parts(const std::vector<DriveIo<doub
 
 void VirtualRun::set_up_log() {
   std::vector<IdentifierOffset> offsets;
+  offsets.reserve(config_.drives.size());
   for (const EcuConfig& drive : config_.drives) offsets.push_back(drive.can.identifier_offset);
   replay_.emplace(select_interface(read_candump(options_.log), options_.log_interface, options_.log), bus_,
                   offsets);

@@ -50,7 +50,8 @@ class FrictionBrake {
  private:
   void meter(std::int64_t t_ns, double omega_m) noexcept SEXTANT_NONBLOCKING {
     const double seconds = double(t_ns - last_ns_) * 1e-9;
-    if (action_.torque != 0.0) *energy_ += 0.5 * action_.torque * (last_omega_ + omega_m) * seconds;
+    if (action_.torque != 0.0)
+      energy_ = energy_.value_or(0.0) + 0.5 * action_.torque * (last_omega_ + omega_m) * seconds;
     last_ns_ = t_ns;
     if (!(torque_ > 0.0)) last_omega_ = omega_m;
   }

@@ -57,20 +57,21 @@ class TemperatureSensor {
 
   /// What is read of a temperature at t_ns, which must not fall, with a standard normal sample n. [°C]
   [[nodiscard]] double step(double temperature, std::int64_t t_ns, double n) noexcept SEXTANT_NONBLOCKING {
-    follow(temperature, t_ns);
-    const double y = (1.0 + p_.gain_error) * *followed_ + p_.offset + p_.noise * n;
+    const double y = (1.0 + p_.gain_error) * followed(temperature, t_ns) + p_.offset + p_.noise * n;
     return p_.step > 0.0 ? p_.step * std::floor(y / p_.step + 0.5) : y;
   }
 
  private:
-  void follow(double temperature, std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING {
-    if (!followed_ || p_.time_constant_ns == 0) {
-      followed_ = temperature;
-    } else {
+  /// x at t_ns. [°C]
+  [[nodiscard]] double followed(double temperature, std::int64_t t_ns) noexcept SEXTANT_NONBLOCKING {
+    double x = temperature;
+    if (followed_ && p_.time_constant_ns != 0) {
       const double left = std::exp(-double(t_ns - last_ns_) / double(p_.time_constant_ns));
-      *followed_ = temperature + (*followed_ - temperature) * left;
+      x += (*followed_ - temperature) * left;
     }
+    followed_ = x;
     last_ns_ = t_ns;
+    return x;
   }
 
   TemperatureSensorParameters p_;
