@@ -82,14 +82,15 @@ class CurrentResponse {
     if (!has_reading_) return restart(i);
     const T share = T(1) / periods;
     const ThreePhase<T>& e = change.e;
-    const SpaceVector<T> emf = share * clarke(e);
+    const SpaceVector<T> against = clarke(e);
+    const SpaceVector<T> predicted = clarke(change.v) - against;
+    const SpaceVector<T> emf = share * against;
+    const SpaceVector<T> predicted_per_period = share * predicted;
     const T turned = T(0.5) * std::max(magnitude(emf - emf_), share * change.error_turn);
-    const SpaceVector<T> predicted = clarke(change.v) - clarke(e);
-    const T explained = turned + magnitude(share * predicted - predicted_);
-    const Interval interval{periods, share, has_predecessor_ ? turned : T(0), explained,
-                            share * change.uncertainty};
+    const T explained = turned + magnitude(predicted_per_period - predicted_);
+    const Interval interval{periods, share, turned, explained, share * change.uncertainty};
     emf_ = emf;
-    predicted_ = share * predicted;
+    predicted_ = predicted_per_period;
     jump_ = T(0);
     step(phases_[0], i.a, share * (change.v.a - e.a), interval);
     step(phases_[1], i.b, share * (change.v.b - e.b), interval);
