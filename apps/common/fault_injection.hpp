@@ -5,8 +5,8 @@
 #include "common/injected_faults.hpp"
 #include "sextant/core/drive_io.hpp"
 #include "sextant/hil/request_socket.hpp"
-#include "sextant/sim/faultable_drive_io.hpp"
-#include "sextant/sim/plant_fault.hpp"
+#include "sextant/power_stage/faultable_drive_io.hpp"
+#include "sextant/power_stage/plant_fault.hpp"
 
 namespace sextant {
 

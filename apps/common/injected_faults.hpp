@@ -2,7 +2,7 @@
 
 #include "sextant/core/drive_io.hpp"
 #include "sextant/realtime/latest_value.hpp"
-#include "sextant/sim/faultable_drive_io.hpp"
+#include "sextant/power_stage/faultable_drive_io.hpp"
 
 namespace sextant {
 

@@ -28,7 +28,7 @@
 #include "reports/status_table.hpp"
 #include "sextant/config/load_config.hpp"
 #include "sextant/realtime/monotonic_clock.hpp"
-#include "sextant/sim/verdict.hpp"
+#include "sextant/run/verdict.hpp"
 
 namespace {
 

@@ -23,7 +23,7 @@
 #include "sextant/config/load_config.hpp"
 #include "sextant/realtime/monotonic_clock.hpp"
 #include "sextant/realtime/thread_setup.hpp"
-#include "sextant/sim/verdict.hpp"
+#include "sextant/run/verdict.hpp"
 
 namespace {
 

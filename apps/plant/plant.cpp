@@ -9,7 +9,7 @@
 #include "common/network_report.hpp"
 #include "common/process_setup.hpp"
 #include "sextant/realtime/monotonic_clock.hpp"
-#include "sextant/sim/scenario_mark.hpp"
+#include "sextant/run/scenario_mark.hpp"
 
 namespace sextant::plant {
 namespace {

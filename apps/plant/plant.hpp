@@ -19,10 +19,10 @@
 #include "sextant/realtime/periodic_task.hpp"
 #include "sextant/realtime/processor_latency.hpp"
 #include "sextant/realtime/thread_setup.hpp"
-#include "sextant/sim/live_power_stage.hpp"
-#include "sextant/sim/mil_runner.hpp"
-#include "sextant/sim/observed_power_stage.hpp"
-#include "sextant/sim/scenario.hpp"
+#include "sextant/power_stage/live_power_stage.hpp"
+#include "sextant/run/mil_runner.hpp"
+#include "sextant/run/observed_power_stage.hpp"
+#include "sextant/run/scenario.hpp"
 
 namespace sextant::plant {
 

@@ -3,7 +3,7 @@
 #include <array>
 #include <csignal>
 
-#include "sextant/sim/verdict.hpp"
+#include "sextant/run/verdict.hpp"
 
 namespace sextant::reports {
 

@@ -13,7 +13,7 @@
 
 #include "reports/junit_suite.hpp"
 #include "sextant/files/replace_file.hpp"
-#include "sextant/sim/summary_text.hpp"
+#include "sextant/run/summary_text.hpp"
 
 namespace sextant::reports {
 namespace {

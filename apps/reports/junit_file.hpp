@@ -6,7 +6,7 @@
 
 #include <pugixml.hpp>
 
-#include "sextant/sim/summary.hpp"
+#include "sextant/run/summary.hpp"
 
 namespace sextant::reports {
 

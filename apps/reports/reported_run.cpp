@@ -8,7 +8,7 @@
 
 #include "common/build_commit.hpp"
 #include "reports/result_directory.hpp"
-#include "sextant/sim/summary_text.hpp"
+#include "sextant/run/summary_text.hpp"
 
 namespace sextant::reports {
 namespace {

@@ -9,8 +9,8 @@
 
 #include <sys/stat.h>
 
-#include "sextant/sim/summary.hpp"
-#include "sextant/sim/trace_recorder.hpp"
+#include "sextant/run/summary.hpp"
+#include "sextant/recording/trace_recorder.hpp"
 
 namespace sextant::reports {
 namespace {

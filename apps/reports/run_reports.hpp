@@ -7,7 +7,7 @@
 
 #include "reports/junit_file.hpp"
 #include "reports/report_options.hpp"
-#include "sextant/sim/summary.hpp"
+#include "sextant/run/summary.hpp"
 
 namespace sextant::reports {
 

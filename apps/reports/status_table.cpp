@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 
 #include "common/exit_status.hpp"
-#include "sextant/sim/verdict.hpp"
+#include "sextant/run/verdict.hpp"
 
 namespace sextant::reports {
 

@@ -10,7 +10,7 @@
 
 #include <fmt/format.h>
 
-#include "sextant/sim/summary_text.hpp"
+#include "sextant/run/summary_text.hpp"
 
 namespace sextant::reports {
 namespace {

@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <string>
 
-#include "sextant/sim/summary.hpp"
+#include "sextant/run/summary.hpp"
 
 namespace sextant::reports {
 

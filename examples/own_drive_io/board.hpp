@@ -6,7 +6,7 @@
 #include <cstdint>
 
 #include "sextant/core/drive_basis.hpp"
-#include "sextant/sim/simulated_power_stage.hpp"
+#include "sextant/power_stage/simulated_power_stage.hpp"
 
 namespace example {
 

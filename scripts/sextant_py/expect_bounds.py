@@ -2,7 +2,7 @@
 
 sextant-mil takes its metrics from the course between all switching instants, of which a row keeps mean, minimum and
 maximum. So most metrics are known to bounds: exactly, where the window begins and ends with a row and the torque
-request stands still. The definitions are those of sextant/sim/metric_list.hpp. The torque request runs monotonically
+request stands still. The definitions are those of sextant/run/metric_list.hpp. The torque request runs monotonically
 within a row; a pulse that is shorter is not seen.
 """
 

@@ -11,7 +11,7 @@ from .expect_scenario import Limit, Scenario, Window
 from .recorded_faults import FAULT
 from .signal_file import SignalFile
 
-# Verdicts and exit statuses of sextant-mil (sextant/sim/verdict.hpp).
+# Verdicts and exit statuses of sextant-mil (sextant/run/verdict.hpp).
 STATUS = {"pass": 0, "nothing_expected": 0, "fail": 1, "tripped": 3}
 EXPECTATION_MISSING = 9
 

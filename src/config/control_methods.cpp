@@ -9,7 +9,7 @@
 
 #include "bare_key.hpp"
 #include "number_text.hpp"
-#include "sextant/sim/trace_recorder.hpp"
+#include "sextant/recording/trace_recorder.hpp"
 
 namespace sextant {
 namespace {

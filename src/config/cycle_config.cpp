@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "sextant/sim/drive_cycle.hpp"
+#include "sextant/profiles/drive_cycle.hpp"
 
 namespace sextant {
 namespace {

@@ -5,7 +5,7 @@
 
 #include "drive_sections.hpp"
 #include "sextant/config/drive_config.hpp"
-#include "sextant/sim/profile_table.hpp"
+#include "sextant/profiles/profile_table.hpp"
 
 namespace sextant {
 

@@ -9,7 +9,7 @@
 #include "ecu/threads/control_thread.hpp"
 #include "sextant/control/direct_torque_controller.hpp"
 #include "sextant/plant/fixed_step_integrator.hpp"
-#include "sextant/sim/simulated_drive_io.hpp"
+#include "sextant/power_stage/simulated_drive_io.hpp"
 
 namespace sextant::audit {
 

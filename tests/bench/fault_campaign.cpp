@@ -10,8 +10,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "harness/fault_injections.hpp"
-#include "harness/injection_run.hpp"
+#include "virtual_time/fault_injections.hpp"
+#include "virtual_time/injection_run.hpp"
 
 namespace sextant::test {
 namespace {

@@ -3,7 +3,7 @@
 
 #include "config/config_files.hpp"
 #include "sextant/config/load_config.hpp"
-#include "sextant/sim/drive_cycle.hpp"
+#include "sextant/profiles/drive_cycle.hpp"
 #include "support/source_directory.hpp"
 
 namespace sextant {

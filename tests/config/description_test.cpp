@@ -45,12 +45,12 @@
 #include "sextant/plant/thermal_parameters.hpp"
 #include "sextant/plant/vehicle_parameters.hpp"
 #include "sextant/realtime/realtime_parameters.hpp"
-#include "sextant/sim/encoder.hpp"
-#include "sextant/sim/event_exact_parameters.hpp"
-#include "sextant/sim/plant_fault.hpp"
-#include "sextant/sim/resolver.hpp"
-#include "sextant/sim/sensor_model.hpp"
-#include "sextant/sim/sin_cos_encoder.hpp"
+#include "sextant/power_stage/encoder.hpp"
+#include "sextant/event_exact/event_exact_parameters.hpp"
+#include "sextant/power_stage/plant_fault.hpp"
+#include "sextant/power_stage/resolver.hpp"
+#include "sextant/power_stage/sensor_model.hpp"
+#include "sextant/power_stage/sin_cos_encoder.hpp"
 
 namespace sextant {
 namespace {

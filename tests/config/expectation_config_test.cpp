@@ -8,7 +8,7 @@
 
 #include "config/config_files.hpp"
 #include "sextant/config/load_config.hpp"
-#include "sextant/sim/trace_recorder.hpp"
+#include "sextant/recording/trace_recorder.hpp"
 #include "support/source_directory.hpp"
 
 namespace sextant {

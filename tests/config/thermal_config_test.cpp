@@ -10,7 +10,7 @@
 
 #include "config/config_files.hpp"
 #include "sextant/config/load_config.hpp"
-#include "sextant/sim/live_power_stage.hpp"
+#include "sextant/power_stage/live_power_stage.hpp"
 
 namespace sextant {
 namespace {

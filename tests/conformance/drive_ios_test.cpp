@@ -12,7 +12,7 @@
 #include "sextant/hil/plant_server.hpp"
 #include "sextant/hil/shared_memory_drive_io.hpp"
 #include "sextant/hil/shared_memory_plant_end.hpp"
-#include "sextant/sim/simulated_power_stage.hpp"
+#include "sextant/power_stage/simulated_power_stage.hpp"
 
 namespace sextant {
 namespace {

@@ -14,7 +14,7 @@
 #include "cortex_m/golden/plant_replay.hpp"
 #include "cortex_m/golden/vehicle.hpp"
 #include "sextant/drive/run_cycle.hpp"
-#include "sextant/sim/simulated_power_stage.hpp"
+#include "sextant/power_stage/simulated_power_stage.hpp"
 
 namespace sextant::golden {
 namespace {

@@ -19,7 +19,7 @@
 #include "ecu/threads/receive_thread.hpp"
 #include "ecu/timing/timing_statistics.hpp"
 #include "sextant/control/direct_torque_controller.hpp"
-#include "sextant/sim/simulated_power_stage.hpp"
+#include "sextant/power_stage/simulated_power_stage.hpp"
 
 namespace sextant::ecu {
 namespace {

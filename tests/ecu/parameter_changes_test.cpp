@@ -16,8 +16,8 @@
 #include "ecu/tasks/control_task.hpp"
 #include "sextant/config/load_config.hpp"
 #include "sextant/config/schema.hpp"
-#include "sextant/harness/digest.hpp"
-#include "sextant/sim/live_power_stage.hpp"
+#include "sextant/virtual_time/digest.hpp"
+#include "sextant/power_stage/live_power_stage.hpp"
 #include "support/source_directory.hpp"
 
 namespace sextant::ecu {

@@ -18,7 +18,7 @@
 
 #include "ecu/threads/control_thread.hpp"
 #include "sextant/control/direct_torque_controller.hpp"
-#include "sextant/sim/simulated_power_stage.hpp"
+#include "sextant/power_stage/simulated_power_stage.hpp"
 
 namespace {
 

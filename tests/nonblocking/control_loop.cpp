@@ -18,9 +18,9 @@
 #include "sextant/realtime/latest_value.hpp"
 #include "sextant/realtime/ring.hpp"
 #include "sextant/realtime/wake_schedule.hpp"
-#include "sextant/sim/scenario_commands.hpp"
-#include "sextant/sim/segment_log.hpp"
-#include "sextant/sim/simulated_drive_io.hpp"
+#include "sextant/run/scenario_commands.hpp"
+#include "sextant/power_stage/segment_log.hpp"
+#include "sextant/power_stage/simulated_drive_io.hpp"
 
 namespace sextant {
 

@@ -73,7 +73,7 @@ def reference(periods: int = PERIODS) -> tuple[np.ndarray, np.ndarray]:
 
 def played(machine: Machine, tau_l: float, vectors: np.ndarray, **more: object) -> dict[str, list[float]]:
     """Torques by integrator."""
-    default = ROOT / "build" / "dev" / "tests" / "sim" / "trajectories" / "sextant_trajectories"
+    default = ROOT / "build" / "dev" / "tests" / "power_stage" / "trajectories" / "sextant_trajectories"
     task = {
         "machine": {
             key: getattr(machine, key) for key in ("r_s", "r_r", "l_ls", "l_lr", "l_m", "pole_pairs", "inertia")

@@ -12,8 +12,8 @@
 #include "sextant/config/ecu_extensions.hpp"
 #include "sextant/core/fault.hpp"
 #include "sextant/core/telemetry_interval.hpp"
-#include "sextant/sim/cycle_file.hpp"
-#include "sextant/sim/verdict.hpp"
+#include "sextant/recording/cycle_file.hpp"
+#include "sextant/run/verdict.hpp"
 
 namespace sextant::ecu {
 

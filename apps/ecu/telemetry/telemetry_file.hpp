@@ -7,8 +7,8 @@
 
 #include "sextant/control/controller.hpp"
 #include "sextant/core/telemetry_interval.hpp"
-#include "sextant/sim/telemetry_csv.hpp"
-#include "sextant/sim/trace_recorder.hpp"
+#include "sextant/recording/telemetry_csv.hpp"
+#include "sextant/recording/trace_recorder.hpp"
 
 namespace sextant::ecu {
 

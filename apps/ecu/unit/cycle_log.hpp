@@ -8,7 +8,7 @@
 
 #include "ecu/shared/cycle_recorder.hpp"
 #include "sextant/config/ecu_config.hpp"
-#include "sextant/sim/cycle_file.hpp"
+#include "sextant/recording/cycle_file.hpp"
 
 namespace sextant::ecu {
 

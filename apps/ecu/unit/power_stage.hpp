@@ -12,7 +12,7 @@
 #include "sextant/hil/linked_drive_io.hpp"
 #include "sextant/hil/lockstep_drive_io.hpp"
 #include "sextant/hil/shared_memory_link.hpp"
-#include "sextant/sim/live_power_stage.hpp"
+#include "sextant/power_stage/live_power_stage.hpp"
 
 namespace sextant::ecu {
 

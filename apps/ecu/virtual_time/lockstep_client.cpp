@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "sextant/harness/candump_log.hpp"
+#include "sextant/virtual_time/candump_log.hpp"
 
 namespace sextant::ecu {
 

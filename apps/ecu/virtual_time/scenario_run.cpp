@@ -19,9 +19,9 @@
 #include "reports/reported_run.hpp"
 #include "reports/run_reports.hpp"
 #include "sextant/config/load_config.hpp"
-#include "sextant/sim/observed_power_stage.hpp"
-#include "sextant/sim/scenario_commands.hpp"
-#include "sextant/sim/scenario_mark.hpp"
+#include "sextant/run/observed_power_stage.hpp"
+#include "sextant/run/scenario_commands.hpp"
+#include "sextant/run/scenario_mark.hpp"
 
 namespace sextant::ecu {
 namespace {

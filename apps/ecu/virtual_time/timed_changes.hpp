@@ -7,8 +7,8 @@
 
 #include "ecu/parameters/parameter_changes.hpp"
 #include "ecu/virtual_time/timed_override.hpp"
-#include "sextant/harness/virtual_clock.hpp"
-#include "sextant/harness/virtual_timeline.hpp"
+#include "sextant/virtual_time/virtual_clock.hpp"
+#include "sextant/virtual_time/virtual_timeline.hpp"
 
 namespace sextant::ecu {
 

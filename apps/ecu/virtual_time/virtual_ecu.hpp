@@ -7,8 +7,8 @@
 
 #include "ecu/unit/fault_reaction.hpp"
 #include "ecu/virtual_time/virtual_unit.hpp"
-#include "sextant/harness/virtual_can_bus.hpp"
-#include "sextant/harness/virtual_timeline.hpp"
+#include "sextant/virtual_time/virtual_can_bus.hpp"
+#include "sextant/virtual_time/virtual_timeline.hpp"
 
 namespace sextant::ecu {
 

@@ -17,8 +17,8 @@
 
 #include "ecu/unit/run_report.hpp"
 #include "sextant/comms/contract_ranges.hpp"
-#include "sextant/harness/random_bus_events.hpp"
-#include "sextant/sim/csv_table.hpp"
+#include "sextant/virtual_time/random_bus_events.hpp"
+#include "sextant/files/csv_table.hpp"
 
 namespace sextant::ecu {
 namespace {

@@ -7,9 +7,9 @@
 
 #include "sextant/config/schema.hpp"
 #include "sextant/plant/vehicle_parameters.hpp"
-#include "sextant/sim/driver.hpp"
-#include "sextant/sim/passive_ev_load.hpp"
-#include "sextant/sim/profile.hpp"
+#include "sextant/profiles/driver.hpp"
+#include "sextant/profiles/passive_ev_load.hpp"
+#include "sextant/profiles/profile.hpp"
 
 namespace sextant {
 

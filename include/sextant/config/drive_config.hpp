@@ -11,8 +11,8 @@
 #include "sextant/control/direct_torque_controller.hpp"
 #include "sextant/drive/drive.hpp"
 #include "sextant/drive/drive_setup.hpp"
-#include "sextant/sim/mechanical_load.hpp"
-#include "sextant/sim/simulated_power_stage.hpp"
+#include "sextant/power_stage/mechanical_load.hpp"
+#include "sextant/power_stage/simulated_power_stage.hpp"
 
 namespace sextant {
 

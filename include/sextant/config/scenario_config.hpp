@@ -6,8 +6,8 @@
 #include "sextant/config/cycle_config.hpp"
 #include "sextant/config/drive_config.hpp"
 #include "sextant/config/schema.hpp"
-#include "sextant/sim/event_exact_runner.hpp"
-#include "sextant/sim/scenario.hpp"
+#include "sextant/event_exact/event_exact_runner.hpp"
+#include "sextant/run/scenario.hpp"
 
 namespace sextant {
 

@@ -3,7 +3,7 @@
 #include <string>
 
 #include "sextant/config/schema.hpp"
-#include "sextant/sim/simulated_drive_io.hpp"
+#include "sextant/power_stage/simulated_drive_io.hpp"
 
 namespace sextant {
 

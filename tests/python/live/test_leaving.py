@@ -1,6 +1,6 @@
 """SIGTERM and SIGINT: torque to zero, gates off, exit status 0.
 
-How long the ramp takes is claimed in virtual time (tests/harness), how soon the process is gone by scripts/bench.
+How long the ramp takes is claimed in virtual time (tests/virtual_time), how soon the process is gone by scripts/bench.
 """
 
 import signal

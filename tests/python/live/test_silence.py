@@ -1,7 +1,7 @@
 """Lockout at power-up, silence of the vehicle, a bus that goes down: what the drive does, and in which order.
 
 Its timeouts are seconds here. That it keeps the shipped ones to a control period is claimed in virtual time
-(tests/harness/command_campaign_test.cpp, rows 2 and 18), and measured on the live drive by scripts/bench.
+(tests/virtual_time/command_campaign_test.cpp, rows 2 and 18), and measured on the live drive by scripts/bench.
 """
 
 import time

@@ -1,6 +1,6 @@
 """A torque command over CAN turns the motor, in all four quadrants.
 
-How soon it does and how exactly is claimed in virtual time (tests/harness/torque_step_test.cpp).
+How soon it does and how exactly is claimed in virtual time (tests/virtual_time/torque_step_test.cpp).
 """
 
 from collections.abc import Callable

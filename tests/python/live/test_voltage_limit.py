@@ -1,6 +1,6 @@
 """Beyond base speed what the voltage allows is announced and made, with its cause; over-speed is a fault.
 
-How much there is and how it is delivered is claimed in simulation (tests/sim/voltage_limit_test.cpp).
+How much there is and how it is delivered is claimed in simulation (tests/run/voltage_limit_test.cpp).
 """
 
 from collections.abc import Callable
