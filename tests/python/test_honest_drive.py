@@ -136,5 +136,5 @@ def test_the_page_takes_the_tables_of_the_campaign(tmp_path: Path) -> None:
     fault_campaign_honest.write(page, found, 1)
     text = page.read_text(encoding="utf-8")
     assert "1 seed at 5 operating points: 1 run." in text
-    assert "| open phase | 1 | 1 | 0 | 0 | 0 | 2.5 | OPEN_PHASE 1 |" in text
+    assert "| open phase | 1 | 1 | 0 | 0 | 0 | 2.5 |" in text
     assert "- no trip: random, foc (360 s)" in text

@@ -42,12 +42,10 @@ def _section(results: Results, section: str) -> str:
 
     rows: list[tuple[str, Value]] = [
         ("torque ripple, RMS [N·m]", of("torque_ripple_rms_nm", 2)),
-        ("torque ripple, peak to peak [N·m]", of("torque_ripple_pp_nm", 2)),
         ("torque ripple, RMS, worst [N·m]", worst("torque_ripple_rms_nm", 2)),
         ("bias of the mean torque, worst [N·m]", worst("torque_bias_nm", 3)),
         ("95 % of the step after [ms]", of("response_time_ms", 2)),
         ("switching frequency [kHz]", of("switching_frequency_hz", 1, 1e-3)),
-        ("… least and most [kHz]", lambda m: _kilohertz(results, section, m)),
         ("current THD [%]", of("current_thd_percent", 2)),
     ]
     if section == "switching":
@@ -61,12 +59,6 @@ def is_available(record: Record) -> bool:
     side = "torque_motoring_nm" if speed * torque >= 0 else "torque_regenerating_nm"
     published = record.metrics.get(side)
     return published is not None and abs(torque) < published
-
-
-def _kilohertz(results: Results, section: str, method: str) -> str:
-    values = [r.metrics.get("switching_frequency_hz") for r in results.of(section, method) if not r.reason]
-    found = [value / 1e3 for value in values if value is not None]
-    return f"{figure(min(found), 1)}–{figure(max(found), 1)}" if found else "–"
 
 
 def _starts(results: Results) -> str:
@@ -177,19 +169,13 @@ def _flux(results: Results) -> str:
     rows = []
     for method in methods:
         for optimum in OPTIMA:
-
-            def net(method: str = method, optimum: str = optimum) -> str:
-                ways = [results.metric("cycle", method, (optimum,), f"energy_{way}_link_j") for way in ("from", "to")]
-                return "–" if None in ways else figure((ways[0] - ways[1]) / 1e3, 1)
-
             rows.append((
                 f"`{method}`, `{optimum}`",
                 _scaled(results, method, optimum, "energy_copper_j", 1, 1e-3),
-                net(),
                 _scaled(results, method, optimum, "torque_error_rms_nm", 3, 1),
                 _scaled(results, method, optimum, "switching_frequency_hz", 1, 1e-3),
             ))  # fmt: skip
-    heads = ("", "copper loss [kJ]", "net energy from the link [kJ]", "torque error, RMS [N·m]", "switching [kHz]")
+    heads = ("", "copper loss [kJ]", "torque error, RMS [N·m]", "switching [kHz]")
     return table(heads, rows)
 
 

@@ -72,7 +72,8 @@ def driving(machine: Machine, hours: float, jobs: int, mil: Path, directory: Pat
 
 
 def injections_table(runs: list[dict], with_latest: bool = False) -> str:
-    """By injection, over all machines, periods and methods; refused runs where there are any."""
+    """By injection, over all machines, periods and methods; refused runs where there are any. with_latest: in place of the
+    faults that it tripped as."""
     kinds = [kind for kind in KINDS if kind != REFUSED or any(one["kind"] == REFUSED for one in runs)]
     groups: dict[str, list[dict]] = {}
     for one in runs:
@@ -82,10 +83,9 @@ def injections_table(runs: list[dict], with_latest: bool = False) -> str:
         counts = Counter(one["kind"] for one in own)
         seen = Counter(one["seen"] for one in own if one["kind"] in (NAMED, OTHERWISE))
         named = ", ".join(f"{fault} {count}" for fault, count in seen.most_common()) or "–"
-        late = [_latest(own)] if with_latest else []
-        rows.append((name, len(own), *(counts[kind] for kind in kinds), *late, named))
-    head = ("injection", "runs", *kinds, *(["latest [ms]"] if with_latest else []), "tripped as")
-    return table(head, rows, left=(0, len(head) - 1))
+        rows.append((name, len(own), *(counts[kind] for kind in kinds), _latest(own) if with_latest else named))
+    head = ("injection", "runs", *kinds, "latest [ms]" if with_latest else "tripped as")
+    return table(head, rows, left=(0,) if with_latest else (0, len(head) - 1))
 
 
 def _latest(own: list[dict]) -> str:
