@@ -72,8 +72,8 @@ def driving(machine: Machine, hours: float, jobs: int, mil: Path, directory: Pat
 
 
 def injections_table(runs: list[dict], with_latest: bool = False) -> str:
-    """By injection, over all machines, periods and methods; refused runs where there are any. with_latest: in place of the
-    faults that it tripped as."""
+    """By injection, over all machines, periods and methods; refused runs where there are any.
+    with_latest: the latest trip in place of the faults that the drive tripped with."""
     kinds = [kind for kind in KINDS if kind != REFUSED or any(one["kind"] == REFUSED for one in runs)]
     groups: dict[str, list[dict]] = {}
     for one in runs:
