@@ -26,7 +26,6 @@ from . import (
     honest,
     page,
     points,
-    steady,
 )
 from . import (
     measure as torque_map_measure,
@@ -112,7 +111,6 @@ def measure(options: argparse.Namespace) -> Results:
     results = torque_map_measure.measured(lab, sets, speeds, torques, options.jobs, options.restart)
     if not options.quick:
         results.capability = torque_map_measure.capability(lab, speeds)
-        results.steady = [] if scale else steady.measure(lab, options.jobs)
     return results
 
 
