@@ -107,10 +107,9 @@ def overview_table(results: Results) -> str:
         own |= {name: found.get(machine["id"], Counter()) for name, found in others.items()}
         for name, found in own.items():
             total[name] += found
-        size = (f"{machine['power_w'] / 1e3:.3g}", f"{machine['voltage']:.0f}", machine["poles"])
-        rows.append((machine["name"], *size, *map(_cell, own.values()), own["points"]["needless"]))
-    rows.append(("**all**", "", "", "", *map(_cell, total.values()), total["points"]["needless"]))
-    return table(("machine", "kW", "V", "poles", *total, "without need"), rows)
+        rows.append((machine["name"], *map(_cell, own.values()), own["points"]["needless"]))
+    rows.append(("**all**", *map(_cell, total.values()), total["points"]["needless"]))
+    return table(("machine", *total, "without need"), rows)
 
 
 def _seen(rows: Iterable[dict]) -> str:
