@@ -129,9 +129,16 @@ def test_the_page_takes_the_tables_of_the_campaign(tmp_path: Path) -> None:
     page = tmp_path / "page.md"
     page.write_text((ROOT / "docs/fault_campaign.md").read_text(encoding="utf-8"), encoding="utf-8")
     run = {"name": "open phase", "method": "foc", "case": "", "kind": plant_faults.NAMED, "seen": "OPEN_PHASE"}
-    found = fault_campaign_honest.Found({"125 µs": [run | {"late_ms": 2.5}]}, [Hours("random, foc", 360.0, 12)])
+    runs = [
+        run | {"late_ms": 2.5},
+        run | {"name": "encoder stuck", "kind": plant_faults.MISSED, "late_ms": None},
+        run | {"name": fault_campaign_file.STEADY, "kind": plant_faults.OTHERWISE, "late_ms": None},
+    ]
+    found = fault_campaign_honest.Found({"125 µs": runs}, [Hours("random, foc", 360.0, 12)])
     fault_campaign_honest.write(page, found, 1)
     text = page.read_text(encoding="utf-8")
-    assert "1 seed at 5 operating points: 1 run." in text
-    assert "| open phase | 1 | 1 | 0 | 0 | 0 | 2.5 |" in text
+    assert (
+        "1 seed at 5 operating points: 3 runs; 1 of 1 without a fault trip. "
+        "Of 2 faults: 1 named, 1 missed (1 of encoder stuck). The latest trip: 2.5 ms." in text
+    )
     assert "- no trip: random, foc (360 s)" in text

@@ -117,17 +117,6 @@ def flux_error(record: Record) -> float:
     return (most - least) / (most + least)
 
 
-def _paper(results: Results) -> str:
-    scenarios = sorted({record.what[0] for method in results.methods for record in results.of("paper", method)})
-
-    def value(method: str, scenario: str) -> str:
-        names = ("torque_error_rms_nm", "response_time_ms", "peak_current_a")
-        found = (results.metric("paper", method, (scenario,), name) for name in names)
-        return "/".join(figure(one, digits) for one, digits in zip(found, (2, 1, 0), strict=True))
-
-    return _by_method(results, [(f"`{s}`", lambda m, s=s: value(m, s)) for s in scenarios])
-
-
 def _sensorless(results: Results) -> str:
     """The worst of each method over the points."""
 
@@ -200,7 +189,6 @@ def tables(results: Results) -> dict[str, str]:
         "sampling": _section(results, "sampling"),
         "switching": _section(results, "switching"),
         "start": _starts(results),
-        "paper": _paper(results),
         "detuned": _detuned(results),
         "sensorless": _sensorless(results),
         "flux": _flux(results),

@@ -1,16 +1,17 @@
 """The fault campaign of the drive on an honest plant, told what `identify` finds there, and its tables."""
 
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 from studies import honest_drive
 from studies.page import counted, put
+from studies.plant_faults import HARMLESS, KINDS, MISSED
 
 from . import false_trips
 from . import file as fault_campaign_file
-from .file import faults_table
-from .library import injections_table
+from .file import STEADY, faults_table
 from .page import trip_list
 
 SEEDS = 1
@@ -47,6 +48,22 @@ def injections(found: Found) -> str:
     return "\n\n".join(f"{label}:\n\n{faults_table(runs)}" for label, runs in found.runs.items())
 
 
+def summary(runs: list[dict]) -> str:
+    """One sentence; it names the faults that are missed."""
+    healthy = [one for one in runs if one["name"] == STEADY]
+    faulty = [one for one in runs if one["name"] != STEADY]
+    counts = Counter(one["kind"] for one in faulty)
+    missed = Counter(one["name"] for one in faulty if one["kind"] == MISSED)
+    names = ", ".join(f"{count} of {name}" for name, count in missed.items())
+    kinds = ", ".join(f"{counts[kind]} {kind}" for kind in KINDS if counts[kind] or kind == MISSED)
+    latest = max((one["late_ms"] for one in faulty if one["late_ms"] is not None), default=0)
+    tripped = sum(one["kind"] != HARMLESS for one in healthy)
+    return (
+        f"{counted(len(runs), 'run')}; {tripped} of {len(healthy)} without a fault trip. "
+        f"Of {len(faulty)} faults: {kinds}{f' ({names})' if names else ''}. The latest trip: {latest:.4g} ms."
+    )
+
+
 def tables(found: Found) -> str:
     return "\n\n".join((injections(found), trip_list(found.hours)))
 
@@ -55,7 +72,6 @@ def write(page: Path, found: Found, seeds: int) -> None:
     """Puts the tables into the page."""
     text = page.read_text(encoding="utf-8")
     places = len(fault_campaign_file.PLACES)
-    size = f"{counted(seeds, 'seed')} at {places} operating points: {counted(len(found.all_runs), 'run')}."
-    text = put(text, "honest size", size)
-    text = put(text, "honest", injections_table(found.all_runs, with_latest=True))
+    size = f"{counted(seeds, 'seed')} at {places} operating points: {summary(found.all_runs)}"
+    text = put(text, "honest", size)
     page.write_text(put(text, "honest hours", trip_list(found.hours)), encoding="utf-8")

@@ -71,9 +71,8 @@ def driving(machine: Machine, hours: float, jobs: int, mil: Path, directory: Pat
     return found
 
 
-def injections_table(runs: list[dict], with_latest: bool = False) -> str:
-    """By injection, over all machines, periods and methods; refused runs where there are any.
-    with_latest: the latest trip in place of the faults that the drive tripped with."""
+def injections_table(runs: list[dict]) -> str:
+    """By injection, over all machines, periods and methods; refused runs where there are any."""
     kinds = [kind for kind in KINDS if kind != REFUSED or any(one["kind"] == REFUSED for one in runs)]
     groups: dict[str, list[dict]] = {}
     for one in runs:
@@ -83,14 +82,9 @@ def injections_table(runs: list[dict], with_latest: bool = False) -> str:
         counts = Counter(one["kind"] for one in own)
         seen = Counter(one["seen"] for one in own if one["kind"] in (NAMED, OTHERWISE))
         named = ", ".join(f"{fault} {count}" for fault, count in seen.most_common()) or "–"
-        rows.append((name, len(own), *(counts[kind] for kind in kinds), _latest(own) if with_latest else named))
-    head = ("injection", "runs", *kinds, "latest [ms]" if with_latest else "tripped as")
-    return table(head, rows, left=(0,) if with_latest else (0, len(head) - 1))
-
-
-def _latest(own: list[dict]) -> str:
-    late = max((one["late_ms"] for one in own if one["late_ms"] is not None), default=None)
-    return "–" if late is None else f"{late:.4g}"
+        rows.append((name, len(own), *(counts[kind] for kind in kinds), named))
+    head = ("injection", "runs", *kinds, "tripped as")
+    return table(head, rows, left=(0, len(head) - 1))
 
 
 def methods_table(runs: list[dict]) -> str:
