@@ -99,7 +99,10 @@ def test_the_page_keeps_its_text(tmp_path: Path) -> None:
     page.write_text(committed, encoding="utf-8")
     fault_campaign_page.write(page, 7, [ONE], [Hours("NYCC", 598.0, 1)])
     found = page.read_text(encoding="utf-8")
-    assert "7 seeds at 3 operating points, with ideal and with real sensors: 6 runs, 1 missed, 0 later than their bounds." in found
+    assert (
+        "7 seeds at 3 operating points, with ideal and with real sensors: 6 runs, 1 missed, 0 later than their bounds."
+        in found
+    )
     assert "6 runs, 2 trips" in found
     assert "## Not detectable" in found
     with pytest.raises(UserError):

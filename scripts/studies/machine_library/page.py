@@ -88,28 +88,23 @@ def refusals_text(results: Results) -> str:
     return "\n".join(f"- {len(group)}: {group[0]}" for group in groups) or "None."
 
 
-def _cell(found: Counter) -> str:
-    return "/".join(
-        str(count) for count in (found[RIGHT], found[DERATED], found[REFUSED], found[TRIPPED] + found[WRONG])
-    )
-
-
 def overview_table(results: Results) -> str:
-    """Every scenario, by machine."""
-    points = counts(results.outcomes, lambda one: one.machine)
-    others = {
-        name: scenarios.counts(row for row in results.scenarios if row["scenario"] == name) for name in scenarios.NAMES
-    }
-    rows: list[tuple] = []
-    total = {name: Counter() for name in ("points", *others)}
-    for machine in results.machines:
-        own = {"points": points.get(machine["id"], Counter())}
-        own |= {name: found.get(machine["id"], Counter()) for name, found in others.items()}
-        for name, found in own.items():
-            total[name] += found
-        rows.append((machine["name"], *map(_cell, own.values()), own["points"]["needless"]))
-    rows.append(("**all**", *map(_cell, total.values()), total["points"]["needless"]))
-    return table(("machine", *total, "without need"), rows)
+    """Every scenario, over all machines."""
+    found = {"points": counts(results.outcomes, lambda one: "all").get("all", Counter())}
+    for name in scenarios.NAMES:
+        found[name] = Counter(row["kind"] for row in results.scenarios if row["scenario"] == name)
+    rows = [
+        (
+            name,
+            own[RIGHT],
+            own[DERATED],
+            own["needless"] if name == "points" else "–",
+            own[REFUSED],
+            own[TRIPPED] + own[WRONG],
+        )
+        for name, own in found.items()
+    ]
+    return table(("", "right", "derated", "of them without need", "refused", "not right"), rows)
 
 
 def _seen(rows: Iterable[dict]) -> str:
