@@ -26,24 +26,6 @@ def text(value: float, form: str) -> str:
     return f"{value:{form}}".replace("-", "−")
 
 
-def cycle_table(n: Numbers) -> str:
-    lines = (
-        ("torque error, RMS [N·m]", "torque_error_rms_nm", ".3f"),
-        ("… worst after 0.2 s [N·m]", "torque_error_max_nm", ".2f"),
-        ("surges above 25 A", "surges", ".0f"),
-        ("largest current vector [A]", "surge_worst_a", ".0f"),
-        ("flux below 95 % [% of the time]", "flux_low_percent", ".0f"),
-        ("work on the shaft [kJ]", "energy_shaft_j", "k1"),
-        ("lost in the windings [kJ]", "energy_copper_j", "k1"),
-    )
-    kinds = ("linear", "clip", "sampled")
-    rows = [
-        [what, *(text(n[f"nycc/{k}/{key}"], form) if f"nycc/{k}/{key}" in n else "" for k in kinds)]
-        for what, key, form in lines
-    ]
-    return table(["NYCC, 598 s", "linear", "clip", "linear, sampled"], rows)
-
-
 def vehicle_table(n: Numbers) -> str:
     lines = (
         ("speed error, RMS [rad/s]", "speed_error_rms_rad_s", ".3f"),
@@ -65,7 +47,6 @@ def defaults_table(n: Numbers) -> str:
 
 TABLES: dict[str, Callable[[Numbers], str]] = {
     "defaults": defaults_table,
-    "cycle": cycle_table,
     "vehicle": vehicle_table,
 }
 
