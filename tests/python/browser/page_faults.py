@@ -12,7 +12,7 @@ SIDEWAYS = """(allowed) => {
     const style = getComputedStyle(one);
     if (one.clientWidth < 3 || one.scrollWidth <= one.clientWidth + 1 || !one.textContent.trim()) continue;
     if (/auto|scroll|hidden|clip/.test(style.overflowX) && !(allowed && one.matches(allowed)))
-      found.push(`<${one.localName} class="${one.getAttribute("class") ?? ""}">: ${one.scrollWidth} of ${one.clientWidth}`);
+      found.push(`<${one.localName} class="${one.getAttribute("class")}">: ${one.scrollWidth} of ${one.clientWidth}`);
   }
   return found;
 }"""

@@ -59,7 +59,7 @@ def opened(open_page: Callable[..., Page], file: Path, **options: object) -> Pag
 
 # The lines and spans of marks, the legends and the headings, in pixels: left, top, right, bottom.
 BOXES = """() => {
-  const box = (one) => { const { left, top, right, bottom } = one.getBoundingClientRect(); return [left, top, right, bottom]; };
+  const box = (one) => ["left", "top", "right", "bottom"].map((side) => one.getBoundingClientRect()[side]);
   const headings = document.querySelector(".plotly-graph-div").layout.annotations.slice(0, 4).map((one) => one.text);
   const texts = [...document.querySelectorAll(".annotation-text")].filter((one) => headings.includes(one.textContent));
   return {
