@@ -30,7 +30,8 @@ COLOURS = LinearSegmentedColormap.from_list(
 PLAIN = {BRIEF: "#ffe8a3", TRIPPED: "#b9a3d0", OFF: "#d4d4d4", FAILED: "#000000"}
 SHOWN_SPEEDS = (-400, -200, -100, -35, 0, 35, 100, 200, 400)
 ANALYTIC = {"color": "#111111", "linestyle": "--", "linewidth": 1}
-MARKS = (("#e08e2b", "s"), ("#1b4f9c", "o"), ("#4a9a5a", "^"))  # of the drives
+# Colour, mark and its size of the drives; those that publish the same are seen around each other.
+MARKS = (("#e08e2b", "s", 8.0), ("#1b4f9c", "o", 5.5), ("#4a9a5a", "^", 3.0))
 Maps = dict[str, Results]
 
 
@@ -103,10 +104,18 @@ def _legend(figure: Figure) -> None:
     ):
         colour = "#1c7c3c" if marker == "." else "#000000"
         handles.append(Line2D([], [], linestyle="", marker=marker, color=colour, markersize=5, label=label))
-    handles.append(Line2D([], [], color="#333333", linewidth=0.8, label="stator frequency zero"))
+    handles += _lines()
     figure.legend(
-        handles=handles, loc="outside lower center", ncols=7, fontsize=7, columnspacing=1.2, handletextpad=0.5
+        handles=handles, loc="outside lower center", ncols=8, fontsize=6.8, columnspacing=0.9, handletextpad=0.4
     )
+
+
+def _lines() -> list[Line2D]:
+    """The entries of a legend for what _mark_zero_frequency draws."""
+    return [
+        Line2D([], [], color="#333333", linewidth=0.8, label="stator frequency zero"),
+        Line2D([], [], color="#333333", linewidth=0.8, linestyle=":", label=f"±{UNOBSERVABLE_RAD_S:g} rad/s"),
+    ]
 
 
 def grid(
@@ -176,7 +185,7 @@ def surroundings(maps: Maps, file: Path) -> None:
 
 def share_of_silent(maps: Maps, file: Path) -> None:
     """In how many of all sets a point is silently wrong."""
-    figure, panels = _sheet(1, len(maps), 2.9)
+    figure, panels = _sheet(1, len(maps), 3.1)
     image = None
     for axes, results in zip(panels[0], maps.values(), strict=True):
         letters = np.array([[list(row) for row in one.outcomes] for one in results.maps])
@@ -191,6 +200,7 @@ def share_of_silent(maps: Maps, file: Path) -> None:
         axes.set_xlabel("speed [rad/s]")
     panels[0][0].set_ylabel("command [N·m]")
     figure.colorbar(image, ax=panels, pad=0.01).set_label("sets in which the point\nis silently wrong [%]", fontsize=8)
+    figure.legend(handles=_lines(), loc="outside lower center", ncols=2, fontsize=7)
     _save(figure, file)
 
 
@@ -201,15 +211,15 @@ def capability(maps: Maps, file: Path) -> None:
     limits = limits_from(maps[GUARANTEED].capability["limits"])
     speeds = np.linspace(-400, 400, 161)
     for axes, direction, sign in zip(panels, ("motoring", "regenerating"), (1, -1), strict=True):
-        for results, (colour, marker) in zip(maps.values(), MARKS, strict=False):
+        for results, (colour, marker, size) in zip(maps.values(), MARKS, strict=False):
             published = [math.nan if value is None else value for value in results.capability[direction]]
-            axes.plot(results.speeds, published, color=colour, marker=marker, markersize=3.5, linewidth=1)
+            axes.plot(results.speeds, published, color=colour, marker=marker, markersize=size, linewidth=1)
         axes.plot(speeds, [largest_torque(limits, abs(speed), sign) for speed in speeds], **ANALYTIC)
         axes.set_title(direction)
         axes.set_xlabel("speed [rad/s]")
     panels[0].set_ylabel("available torque [N·m]")
     names = [*(results.label for results in maps.values()), f"analytic, limits of {maps[GUARANTEED].label}"]
-    figure.legend(panels[0].lines, names, loc="outside lower center", ncols=3, fontsize=8.5)
+    figure.legend(panels[0].lines, names, loc="outside lower center", ncols=4, fontsize=8.5)
     _save(figure, file)
 
 
