@@ -109,15 +109,6 @@ run_module() {
   PYTHONPATH=$sextant_root/scripts${PYTHONPATH:+:$PYTHONPATH} exec "$sextant_python" -m "$module" "$@"
 }
 
-# mil_module MODULE [ARGUMENTS...]: as run_module; builds the release's sextant-mil first, or for a live drive sextant-ecu,
-# unless the arguments need none.
-mil_module() {
-  need_python
-  case " ${*:2} " in
-    *" --mil"* | *" --ecu"* | *" -h "* | *" --help "* | *" --page "* | *" --from"*) ;;
-    *" --live "* | *" --virtual-time "*)
-      build_preset release sextant-ecu sextant-telemetry >/dev/null || die "sextant-ecu cannot be built; cmake --preset release tells why." ;;
-    *) build_preset release sextant-mil >/dev/null || die "sextant-mil cannot be built; cmake --preset release tells why." ;;
-  esac
-  run_module "$@"
-}
+# mil_module MODULE [ARGUMENTS...]: as run_module; the program builds what it needs of the release, once it has read its
+# arguments.
+mil_module() { SEXTANT_BUILD=release run_module "$@"; }

@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from . import bus as can_bus
+from . import mil_program
 from .errors import UserError, run
 from .paths import OUT, ROOT
 from .program_arguments import parser_of
@@ -235,10 +236,7 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument("--minutes", type=float, default=10.0, help="how long to record (default: 10)")
     parser.add_argument("--domain", type=int, default=38, help="DDS domain (default: 38)")
     parser.add_argument("--can", default="udp_multicast:239.74.163.2:43138", metavar="ADDRESS", help="CAN bus")
-    bin_folder = ROOT / "build" / "release" / "apps"
-    parser.add_argument(
-        "--bin", type=Path, default=bin_folder, metavar="DIR", help="programs (default: of the release)"
-    )
+    parser.add_argument("--bin", type=Path, metavar="DIR", help="programs (default: of the release)")
     folder = OUT / "check_recording"
     parser.add_argument(
         "--out", type=Path, default=folder, metavar="DIR", help=f"where the files go (default: {folder})"
@@ -250,6 +248,7 @@ def main(arguments: list[str]) -> int:
     options = parse_arguments(arguments)
     if not options.minutes > 0:
         raise UserError("--minutes must be above 0.")
+    options.bin = options.bin or mil_program.find(None, "sextant-ecu").parent
     if not (options.bin / "sextant-ecu").is_file():
         raise UserError(f"there is no sextant-ecu in {options.bin}; --bin names its directory.")
     can_bus.open_bus(can_bus.parse(options.can)).shutdown()

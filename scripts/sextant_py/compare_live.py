@@ -12,13 +12,12 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from . import printed_configuration
+from . import mil_program, printed_configuration
 from .errors import EndedError, run
 from .paths import ECU, LOOPBACK, ROOT
 from .profile import load
 from .program_arguments import parser_of
 
-PROGRAM = ROOT / "build" / "release" / "apps" / "sextant-ecu"
 PROFILE = ROOT / "configs" / "profiles" / "demo.csv"
 BUS = "udp_multicast:239.74.163.2:43178"
 INTEGRATORS = ("cvode", "fixed")
@@ -57,7 +56,7 @@ def drive(options: argparse.Namespace, integrator: str) -> Run:
     with tempfile.TemporaryDirectory(prefix="sextant-live-") as name:
         timing = Path(name) / "timing.json"
         seconds = str(load(PROFILE).duration_s + MARGIN_S)
-        command = [PROGRAM, options.config, "--can", BUS, "--duration", seconds, "--timing-out", timing, *words]
+        command = [options.ecu, options.config, "--can", BUS, "--duration", seconds, "--timing-out", timing, *words]
         environment = {**os.environ, "CYCLONEDDS_URI": LOOPBACK.read_text(encoding="utf-8")}
         with subprocess.Popen(
             command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, env=environment
@@ -125,8 +124,9 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
 def main(arguments: list[str]) -> int:
     options = parse_arguments(arguments)
     settings = [word for setting in options.set for word in ("--set", setting)]
+    options.ecu = mil_program.find(None, "sextant-ecu")
     # Refused before a vehicle waits for the drive.
-    printed_configuration.tables_of(PROGRAM, options.config, settings, "the drive")
+    printed_configuration.tables_of(options.ecu, options.config, settings, "the drive")
     found = in_turns(options)
     Console().print(table_of(found))
     return 0

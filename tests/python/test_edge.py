@@ -37,7 +37,9 @@ def commands() -> list[str]:
     scripts = [script for script in SCRIPTS.iterdir() if script.is_file()]
     named = {script.name for script in scripts if script.is_symlink()}
     texts = [script.read_text(encoding="utf-8", errors="replace") for script in scripts if not script.is_symlink()]
-    return sorted(named | {one for text in texts for one in re.findall(r"^\(?run_module (\w+)", text, re.MULTILINE)})
+    return sorted(
+        named | {one for text in texts for one in re.findall(r"^\(?(?:run|mil)_module (\w+)", text, re.MULTILINE)}
+    )
 
 
 @dataclass

@@ -74,6 +74,31 @@ def test_unknown_arguments_are_refused(name: str) -> None:
     assert found.stderr == f'{name}: unknown argument "--frobnicate"; see {name} --help.\n'
 
 
+def builders() -> list[str]:
+    """The commands that build something, or have it installed, and take no other command's words."""
+    scripts = {path.name: path.read_text() for path in SCRIPTS.iterdir() if path.is_file() and not path.is_symlink()}
+    builds = [name for name, text in scripts.items() if re.search(r"build_preset|cmake --|scripts/setup\"", text)]
+    linked = {
+        name for line in re.findall(r"^  (.*)\) mil_module", scripts["command"], re.M) for name in line.split(" | ")
+    }
+    return sorted((linked | set(builds)) - {"lib.sh", "setup", "test", "nightly"})
+
+
+BEHIND_RIGHT_ONES = [("check_cortex_m", "--update"), ("fault_campaign", "--quick"), ("identify", "--live")]
+
+
+@pytest.mark.parametrize(("name", "before"), [*((name, None) for name in builders()), *BEHIND_RIGHT_ONES])
+def test_a_wrong_argument_is_refused_before_anything_is_built(name: str, before: str | None, tmp_path: Path) -> None:
+    for tool in ("cmake", "ninja", "apt-get", "dpkg-query", "sudo", "npm", "ctest"):
+        (tmp_path / tool).write_text(f"#!/bin/sh\necho {tool} >>{tmp_path}/called\nexit 97\n")
+        (tmp_path / tool).chmod(0o755)
+    environment = os.environ | {"PATH": f"{tmp_path}:{os.environ['PATH']}"}
+    found = run(SCRIPTS / name, *([before] if before else []), "--frobnicate", env=environment, cwd=ROOT)
+    assert not (tmp_path / "called").exists(), found.stderr
+    assert found.returncode == 2, found.stderr
+    assert "--frobnicate" in found.stderr
+
+
 def test_setup_is_quiet_when_nothing_is_missing(tmp_path: Path) -> None:
     found = run(SCRIPTS / "setup", cwd=tmp_path, stdin=subprocess.DEVNULL)
     assert (found.returncode, found.stdout, found.stderr) == (0, "", "")

@@ -99,6 +99,7 @@ def injections(seeds: int, jobs: int) -> Iterator[dict]:
 
 
 def provoke(options: argparse.Namespace) -> list[dict]:
+    mil_program.build(PROGRAM.name, "-DSEXTANT_BUILD_BENCHMARKS=ON")
     found = []
     for one in injections(options.seeds, options.jobs):
         bad = one["missed"] or one["late"] or one["trips_inside"]
