@@ -124,7 +124,7 @@ def write_picture(directory: Path, results: Results) -> Path:
         rows = -(-len(panels) // columns)
         figure, axes = pyplot.subplots(
             2 * rows, columns, figsize=(6.4 * columns, 5.4 * rows), squeeze=False,
-            gridspec_kw={"height_ratios": [3, 1] * rows},
+            gridspec_kw={"height_ratios": [3, 1.3] * rows},
         )  # fmt: skip
         places = [
             (axes[2 * row, column], axes[2 * row + 1, column]) for row in range(rows) for column in range(columns)

@@ -20,6 +20,7 @@ class Page(HTMLParser):
         super().__init__()
         self.links: list[str] = []
         self.loads: list[str] = []
+        self.pictures: list[str] = []
         self.anchors: set[str] = set()
         self.text = ""
         self.feed(file.read_text(encoding="utf-8"))
@@ -33,6 +34,8 @@ class Page(HTMLParser):
             self.loads.append(found["href"])
         if tag in ("script", "img", "iframe", "source") and "src" in found:
             self.loads.append(found["src"])
+        if tag == "img":
+            self.pictures.append(found["src"])
 
     def handle_data(self, data: str) -> None:
         self.text += data
@@ -51,6 +54,12 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def pages(site: Path) -> dict[Path, Page]:
     """404.html is for servers alone: its links begin at their root."""
     return {file: Page(file) for file in site.rglob("*.html") if file.name != "404.html"}
+
+
+def test_every_picture_opens_in_its_own_size(pages: dict[Path, Page]) -> None:
+    found = [(page, picture) for page in pages.values() for picture in page.pictures]
+    assert len(found) > 30
+    assert [picture for page, picture in found if picture not in page.links] == []
 
 
 def test_every_page_of_the_documentation_is_there(site: Path, pages: dict[Path, Page]) -> None:

@@ -1,5 +1,6 @@
 """What MkDocs calls while it builds the site: generated pages, and the links of all pages."""
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -48,3 +49,8 @@ def on_page_markdown(markdown: str, page: Any, config: Any, files: Files) -> str
     origins = {place: origin for origin, place in links.PLACES.items()}
     origin = origins.get(place, links.DOCS / place)
     return links.rewritten(markdown, origin, place) if origin.is_file() else markdown
+
+
+def on_page_content(html: str, page: Any, config: Any, files: Files) -> str:
+    """A picture leads to itself in its own size: on a narrow page its texts are small."""
+    return re.sub(r'<img [^>]*src="([^"]+)"[^>]*>', r'<a href="\1">\g<0></a>', html)

@@ -46,7 +46,7 @@ def draw_latency(wakes: dict[str, Histogram], commands: dict[str, Histogram], fi
             axes.legend(loc="lower left", fontsize="small")
         axes.autoscale_view()
         left, right = axes.get_xlim()
-        axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5) if right < FEW_TICKS * left else (1,)))
+        axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5) if right < FEW_TICKS * left else (1,), numticks=12))
         axes.xaxis.set_major_formatter("{x:g}")
         axes.xaxis.set_minor_formatter(NullFormatter())
         axes.set_ylim(0.02 / max((h.count for h in curves.values()), default=1), 1.5)  # the legend is below

@@ -66,8 +66,8 @@ def figure_07(lab: Lab, file: Path) -> None:
         trace = steady(lab, scenario)
         t_us = (trace.t_s - trace.t_s[0]) * 1e6
         axes.fill_between(t_us, trace["torque_min_nm"], trace["torque_max_nm"], color=EXACT, linewidth=1.0)
-        axes.axhline(15, color=REFERENCE, linestyle="--", linewidth=1.0)
-        axes.axhline(15 - hb, color="grey", linestyle=":", linewidth=0.9)
+        axes.axhline(15, color=REFERENCE, linestyle="--", linewidth=1.0, label="reference")
+        axes.axhline(15 - hb, color="grey", linestyle=":", linewidth=0.9, label="less HB")
         axes.set(title=f"{title}, event-exact", xlabel="Time [µs]", ylim=(13.6, 15.4))
     for axes, (hb, scenario, _) in zip(panels[1], STATES, strict=True):
         trace = steady_sampled(lab, scenario, hb)
@@ -76,6 +76,7 @@ def figure_07(lab: Lab, file: Path) -> None:
         axes.set(title=f"HB = {hb:g} N·m, sampled at 25 µs", xlabel="Time [ms]")
     for axes in panels[:, 0]:
         axes.set_ylabel("Torque [N·m]")
+    panels[0, 1].legend(loc="lower right", ncols=2)
     save(figure, file)
 
 
@@ -165,7 +166,8 @@ def figure_11(lab: Lab, file: Path) -> None:
         band(axes, sampled, "flux_{}_wb", SAMPLED, "sampled at 25 µs", alpha=0.7)
         band(axes, exact, "flux_{}_wb", EXACT, "event-exact, centred sectors")
     start.set(xlim=(0, 0.15), ylim=(0, 1.3), title="Stator flux, start", xlabel=TIME, ylabel="Stator flux [Wb]")
-    start.axvline(0.1, color="grey", linewidth=0.8, linestyle=":")
+    start.axvline(0.1, color=PAPER, linewidth=1.0)
+    start.annotate("paper: 0.1 s", (0.1, 0.1), xytext=(-4, 0), textcoords="offset points", color=PAPER, ha="right")
     full.set(xlim=(0, 1.4), ylim=(1.05, 1.27), title="The run, magnified", xlabel=TIME, ylabel="Stator flux [Wb]")
     handles, labels = full.get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=4)
@@ -257,7 +259,7 @@ def figure_16(lab: Lab, file: Path) -> None:
     axes.axhline(0.918, color="grey", linewidth=0.8, linestyle=":")
     axes.annotate("HB", (0.3, 0.918), xytext=(0, 3), textcoords="offset points", color="grey")
     axes.axvline(22, color=PAPER, linewidth=1.0)
-    axes.annotate("paper: 22 ms", (22, 0.1), xytext=(4, 0), textcoords="offset points", color=PAPER)
+    axes.annotate("paper: 22 ms", (22, 1.6), xytext=(-4, 0), textcoords="offset points", color=PAPER, ha="right")
     axes.set(xlim=(0, 35), ylim=(-0.1, 1.8), title="Start of the smooth variation, 3.3")
     axes.set(xlabel="Time [ms]", ylabel=NM)
     legend(axes)

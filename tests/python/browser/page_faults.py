@@ -10,7 +10,8 @@ SIDEWAYS = """(allowed) => {
   if (page.scrollWidth > page.clientWidth) found.push(`the page: ${page.scrollWidth} of ${page.clientWidth}`);
   for (const one of document.querySelectorAll("body *")) {
     const style = getComputedStyle(one);
-    if (one.clientWidth < 3 || one.scrollWidth <= one.clientWidth + 1 || !one.textContent.trim()) continue;
+    if (one.clientWidth < 3 || one.scrollWidth <= one.clientWidth + 1) continue;
+    if (!one.textContent.trim() && !one.querySelector("img")) continue;
     if (/auto|scroll|hidden|clip/.test(style.overflowX) && !(allowed && one.matches(allowed)))
       found.push(`<${one.localName} class="${one.getAttribute("class")}">: ${one.scrollWidth} of ${one.clientWidth}`);
   }
