@@ -12,6 +12,7 @@ import subprocess
 import sys
 import time
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -42,8 +43,6 @@ EXAMPLES = """examples:
 
 @dataclass(frozen=True)
 class Cost:
-    """What a program has taken."""
-
     wall_s: float
     cpu_s: float
     peak_mib: float
@@ -102,41 +101,16 @@ def record_live(options: argparse.Namespace, folder: Path) -> Cost:
                 process.wait(LEAVE_S)
 
 
-@dataclass
-class Numbering:
-    """First and last number and time of a group, how often the number changes, and what is missing."""
-
-    rows: int = 0
-    first: int = 0
-    last: int = 0
-    changes: int = 0
-    first_ns: int = 0
-    last_ns: int = 0
-    missing: int = 0  # control periods without a row, from begin_ns to end_ns
-
-    def take(self, block: np.ndarray, period_ns: int, begin_ns: int, end_ns: int) -> None:
-        numbers, times = block["sequence"].astype(np.int64), block["t_ns"]
-        if self.rows:
-            numbers, times = np.append(self.last, numbers), np.append(self.last_ns, times)
-        else:
-            self.first, self.first_ns = int(numbers[0]), int(times[0])
-        self.rows += len(block)
-        self.changes += int(np.count_nonzero(np.diff(numbers)))
-        inside = (times[:-1] >= begin_ns) & (times[1:] <= end_ns)
-        steps = np.rint(np.diff(times) / period_ns).astype(np.int64)[inside]
-        self.missing += int(np.sum(steps[steps > 1] - 1))
-        self.last, self.last_ns = int(numbers[-1]), int(times[-1])
+def numbers_of(source: Source, name: str) -> tuple[np.ndarray, np.ndarray]:
+    """Sequence numbers and times [ns] of the rows of a group."""
+    blocks = [(block["sequence"].astype(np.int64), block["t_ns"].astype(np.int64)) for block in source.blocks(name)]
+    numbers, times = map(np.concatenate, zip(*blocks, strict=True))
+    return numbers, times
 
 
-class Verdict:
-    """What holds and what does not."""
-
-    def __init__(self) -> None:
-        self.failures: list[str] = []
-
-    def expect(self, holds: bool, what: str) -> None:
-        if not holds:
-            self.failures.append(what)
+def numbered(numbers: np.ndarray) -> int:
+    """From the first number to the last."""
+    return int(numbers[-1] - numbers[0]) + 1
 
 
 def missed_by_drive(source: Source) -> tuple[int, int, int]:
@@ -146,43 +120,42 @@ def missed_by_drive(source: Source) -> tuple[int, int, int]:
     return int(rows["t_ns"][0]), int(rows["t_ns"][-1]), int(missed[-1] - missed[0])
 
 
-def check_losses(source: Source, verdict: Verdict) -> dict[str, object]:
-    """Every number of the sequence is a row or counted as lost, and every control period has its reason."""
-    for name in (MAIN, WAVEFORM, "statistics", "can"):
-        verdict.expect(name in source.groups and source.rows(name) > 0, f"the recording has no {name}")
-    if verdict.failures:
-        return {}
-    begin_ns, end_ns, missed = missed_by_drive(source)
-    period_ns = int(next(source.blocks(WAVEFORM))["period_ns"][0])
-    counter, numbering = LossCounter(), {MAIN: Numbering(), WAVEFORM: Numbering()}
+def check_losses(source: Source) -> tuple[dict[str, object], list[str]]:
+    """Every number of the sequence is a row or counted as lost, and every control period has its reason. The figures,
+    and what does not hold."""
+    needed = (MAIN, WAVEFORM, "statistics", "can")
+    if lacking := [name for name in needed if name not in source.groups or not source.rows(name)]:
+        return {}, [f"the recording has no {name}" for name in lacking]
+    counter = LossCounter()
     for name in source.groups:
         for block in source.blocks(name):
             counter.take(name, block)
-            if name in numbering:
-                numbering[name].take(block, period_ns, begin_ns, end_ns)
-    verdict.expect(counter.described() == source.metadata["losses"], "the file's losses are not those of its rows")
-    of, telemetry, waveform = counter.of, numbering[MAIN], numbering[WAVEFORM]
-    numbers = telemetry.last - telemetry.first + 1
-    verdict.expect(numbers == telemetry.rows + of[MAIN].lost, "samples of telemetry are not counted")
-    batches = waveform.last - waveform.first + 1
-    verdict.expect(batches == waveform.changes + 1 + of[WAVEFORM].lost, "batches are not counted")
-    periods = round((waveform.last_ns - waveform.first_ns) / period_ns) + 1
-    verdict.expect(periods == waveform.rows + of[WAVEFORM].periods_missing, "control periods are not counted")
+    of, telemetry, (batches, times) = counter.of, numbers_of(source, MAIN)[0], numbers_of(source, WAVEFORM)
+    period_ns = int(next(source.blocks(WAVEFORM))["period_ns"][0])
+    begin_ns, end_ns, missed = missed_by_drive(source)
+    inside = (times[:-1] >= begin_ns) & (times[1:] <= end_ns)
+    steps = np.rint(np.diff(times) / period_ns).astype(np.int64)[inside]
+    missing = int(np.sum(steps[steps > 1] - 1))
     explained = of[WAVEFORM].dropped + missed + BATCH_PERIODS * of[WAVEFORM].lost
-    verdict.expect(
-        waveform.missing <= explained,
-        f"{waveform.missing} control periods are missing, of which no more than {explained} are explained",
-    )
-    frames = sum(losses.lost for name, losses in of.items() if name.startswith("can/"))
+    periods = round((times[-1] - times[0]) / period_ns) + 1
+    received = int(np.count_nonzero(np.diff(batches))) + 1
+    claims = {
+        "the file's losses are not those of its rows": counter.described() == source.metadata["losses"],
+        "samples of telemetry are not counted": numbered(telemetry) == len(telemetry) + of[MAIN].lost,
+        "batches are not counted": numbered(batches) == received + of[WAVEFORM].lost,
+        "control periods are not counted": periods == len(times) + of[WAVEFORM].periods_missing,
+        f"{missing} control periods are missing, of which no more than {explained} are explained": missing <= explained,
+    }
     return {
-        "telemetry_rows": telemetry.rows, "telemetry_lost": of[MAIN].lost, "control_periods": waveform.rows,
+        "telemetry_rows": len(telemetry), "telemetry_lost": of[MAIN].lost, "control_periods": len(times),
         "batches_lost": of[WAVEFORM].lost, "periods_dropped_by_drive": of[WAVEFORM].dropped,
         "periods_missing": of[WAVEFORM].periods_missing, "periods_missed_by_drive": missed,
-        "can_frames": source.rows("can"), "can_frames_missing": frames,
-    }  # fmt: skip
+        "can_frames": source.rows("can"),
+        "can_frames_missing": sum(losses.lost for name, losses in of.items() if name.startswith("can/")),
+    }, [what for what, holds in claims.items() if not holds]  # fmt: skip
 
 
-def check_mcap(path: Path, source: Source, verdict: Verdict) -> None:
+def check_mcap(path: Path, source: Source) -> list[str]:
     """By the package mcap: the counts of its summary, and the first messages of a channel."""
     from mcap.reader import make_reader
 
@@ -191,29 +164,24 @@ def check_mcap(path: Path, source: Source, verdict: Verdict) -> None:
         summary = reader.get_summary()
         topics = {channel.id: channel.topic.removeprefix("/") for channel in summary.channels.values()}
         counts = {topics[number]: count for number, count in summary.statistics.channel_message_counts.items()}
-        verdict.expect(counts == {name: source.rows(name) for name in source.groups}, "mcap counts other messages")
-        times = [entry.log_time for _, entry in zip(range(1000), _messages(reader, WAVEFORM), strict=False)]
+        times = [message.log_time for _, _, message in islice(reader.iter_messages(topics=[f"/{WAVEFORM}"]), 1000)]
     own = next(source.blocks(WAVEFORM))["t_ns"][: len(times)]
-    verdict.expect(len(times) > 0 and np.array_equal(times, own), "mcap reads other times")
+    failures = [] if counts == {name: source.rows(name) for name in source.groups} else ["mcap counts other messages"]
+    return failures if times and np.array_equal(times, own) else [*failures, "mcap reads other times"]
 
 
-def _messages(reader: object, group: str):
-    for _, _, message in reader.iter_messages(topics=[f"/{group}"]):
-        yield message
-
-
-def check_mdf(path: Path, source: Source, verdict: Verdict) -> None:
+def check_mdf(path: Path, source: Source) -> list[str]:
     """By asammdf: rows of each group, and the values of two signals."""
     from asammdf import MDF
 
     with MDF(path) as file:
         numbers = {group.channel_group.acq_name: index for index, group in enumerate(file.groups)}
         rows = {name: file.groups[index].channel_group.cycles_nr for name, index in numbers.items()}
-        verdict.expect(rows == {name: source.rows(name) for name in source.groups}, "asammdf counts other rows")
-        if verdict.failures:
-            return
-        for group, name in ((MAIN, "torque_mean_nm"), (WAVEFORM, "torque_nm")):
-            verdict.expect(same_values(file, numbers[group], source, group, name), f"asammdf reads another {name}")
+        if rows != {name: source.rows(name) for name in source.groups}:
+            return ["asammdf counts other rows"]
+        wanted = ((MAIN, "torque_mean_nm"), (WAVEFORM, "torque_nm"))
+        same = {name: same_values(file, numbers[group], source, group, name) for group, name in wanted}
+    return [f"asammdf reads another {name}" for name, is_same in same.items() if not is_same]
 
 
 def same_values(file: object, number: int, source: Source, group: str, name: str) -> bool:
@@ -259,21 +227,20 @@ def main(arguments: list[str]) -> int:
     cost = record_live(options, folder)
     print(f"check_recording: converting to {mdf}", flush=True)
     conversion = measured([ROOT / "scripts" / "convert", mcap, mdf], folder / "convert.log")
-    verdict, source = Verdict(), formats.open_source(mcap)
-    figures = check_losses(source, verdict)
+    source = formats.open_source(mcap)
+    figures, failures = check_losses(source)
     if figures:
-        check_mcap(mcap, source, verdict)
-        check_mdf(mdf, source, verdict)
+        failures += [*check_mcap(mcap, source), *check_mdf(mdf, source)]
     figures |= {f"{path.suffix[1:]}_mib": round(path.stat().st_size / 2**20, 1) for path in (mcap, mdf)}
     report = {"minutes": options.minutes, **figures, "record": cost.described(), "convert": conversion.described()}
     report |= {"check_peak_mib": round(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024, 1)}
-    report |= {"failures": verdict.failures}
+    report |= {"failures": failures}
     text = json.dumps(report, indent=2, ensure_ascii=False)
     (folder / "report.json").write_text(text + "\n", encoding="utf-8")
     print(text)
-    for failure in verdict.failures:
+    for failure in failures:
         print(f"check_recording: {failure}", file=sys.stderr)
-    return 1 if verdict.failures else 0
+    return 1 if failures else 0
 
 
 if __name__ == "__main__":

@@ -2,11 +2,11 @@
 
 import json
 import math
-import tomllib
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from .errors import UserError
+from .toml_file import parsed
 
 DEFAULT = "1%"
 IGNORE = "ignore"
@@ -53,8 +53,6 @@ class Tolerance:
 
 @dataclass
 class Tolerances:
-    """The tolerance of each metric."""
-
     default: Tolerance = field(default_factory=lambda: Tolerance.parse(DEFAULT, "default"))
     metrics: dict[str, Tolerance] = field(
         default_factory=lambda: {name: Tolerance.parse(text, name) for name, text in BY_METRIC.items()}
@@ -67,12 +65,7 @@ class Tolerances:
 
     def read(self, file: Path) -> None:
         """`default` and the table `[metrics]` of a TOML file; what it does not name stays."""
-        try:
-            tree = tomllib.loads(file.read_text(encoding="utf-8"))
-        except OSError as error:
-            raise UserError(f"the tolerances {file} cannot be read: {error.strerror}.") from None
-        except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-            raise UserError(f"{file}: not valid TOML: {error}.") from None
+        tree = parsed(file)
         if unknown := sorted(set(tree) - {"default", "metrics"}):
             raise UserError(f"{file}: {unknown[0]}: unknown key; known here are default, metrics.")
         if not isinstance(tree.get("metrics", {}), dict):

@@ -1,11 +1,11 @@
 """The drive of a configuration file, of sextant-ecu or of sextant-mil, by its dotted keys."""
 
-import tomllib
 from pathlib import Path
 
 from .errors import UserError
 from .sweep_file import Settings
 from .sweep_reader import flat
+from .toml_file import parsed
 
 OF_A_RUN = (  # sections and keys that its runs set, or that belong to the run of a scenario or to a live drive
     "name", "description", "duration_s", "mode", "profile", "load", "cycle", "vehicle", "driver", "trace", "metrics",
@@ -14,25 +14,16 @@ OF_A_RUN = (  # sections and keys that its runs set, or that belong to the run o
 SECTIONS_WITH_FILE = ("machine", "drive.inverter", "control.machine_estimate")
 
 
-def _parsed(file: Path) -> dict:
-    try:
-        return tomllib.loads(file.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise UserError(f"{file} cannot be read: {error.strerror}.") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise UserError(f"{file} is no TOML: {error}.") from None
-
-
 def own_keys(file: Path) -> Settings:
     """Dotted keys of a file alone."""
-    return flat(_parsed(file))
+    return flat(parsed(file))
 
 
 def _layers(file: Path, seen: tuple[Path, ...] = ()) -> Settings:
     """Dotted keys of a file above those of the one that it is based on; SECTION.file is the path of a section's."""
     if file.resolve() in seen:
         raise UserError(f"{file} is based on itself.")
-    tree = _parsed(file)
+    tree = parsed(file)
     base = tree.pop("base", None)
     found = _layers(file.parent / base, (*seen, file.resolve())) if base else {}
     own = flat(tree)
@@ -49,7 +40,7 @@ def read(file: Path) -> Settings:
     found = _layers(file)
     for section in SECTIONS_WITH_FILE:
         if named := found.pop(f"{section}.file", None):
-            found = {f"{section}.{key}": value for key, value in flat(_parsed(Path(named))).items()} | found
+            found = {f"{section}.{key}": value for key, value in flat(parsed(Path(named))).items()} | found
     return found
 
 

@@ -1,9 +1,7 @@
-"""AUTOSAR E2E profile 11 in data-ID mode NIBBLE, by the package autosar-e2e; the sequence of counters is checked here.
+"""AUTOSAR E2E profile 11 in data-ID mode NIBBLE, by the package autosar-e2e.
 
 Byte 0 holds the CRC, the low nibble of byte 1 the counter, its high nibble the low nibble of the data ID's high byte.
 """
-
-from enum import Enum
 
 from e2e import p11
 
@@ -26,39 +24,7 @@ def protect(frame: bytearray, data_id: int, counter: int) -> None:
     frame[0] = crc(frame, data_id)
 
 
-class Result(Enum):
-    """What a check found."""
-
-    OK = "ok"
-    SOME_LOST = "some lost"
-    REPEATED = "repeated"
-    WRONG_SEQUENCE = "wrong sequence"
-    ERROR = "wrong CRC, data ID or counter"
-
-    @property
-    def usable(self) -> bool:
-        return self in (Result.OK, Result.SOME_LOST)
-
-
-class Checker:
-    """Judges the frames of one data ID as they arrive."""
-
-    def __init__(self, data_id: int, max_delta: int = 3) -> None:
-        self._data_id = data_id
-        self._max_delta = max_delta
-        self._last: int | None = None
-
-    def check(self, frame: bytes) -> Result:
-        counter = frame[1] & 0x0F
-        nibble = frame[1] >> 4
-        if counter >= COUNTER_COUNT or nibble != (self._data_id >> 8) & 0x0F or frame[0] != crc(frame, self._data_id):
-            return Result.ERROR
-        last, self._last = self._last, counter
-        if last is None:
-            return Result.OK
-        delta = (counter - last) % COUNTER_COUNT
-        if delta == 0:
-            return Result.REPEATED
-        if delta == 1:
-            return Result.OK
-        return Result.SOME_LOST if delta <= self._max_delta else Result.WRONG_SEQUENCE
+def is_valid(frame: bytes, data_id: int) -> bool:
+    """Whether CRC and data-ID nibble are those of the frame, and its counter is one."""
+    counter, nibble = frame[1] & 0x0F, frame[1] >> 4
+    return counter < COUNTER_COUNT and nibble == (data_id >> 8) & 0x0F and frame[0] == crc(frame, data_id)

@@ -67,10 +67,7 @@ def plate_of(options: argparse.Namespace) -> nameplate_plate.NamePlate:
 
 
 def main(arguments: list[str]) -> int:
-    return perform(parse_arguments(arguments))
-
-
-def perform(options: argparse.Namespace) -> int:
+    options = parse_arguments(arguments)
     if not NAME.fullmatch(options.name) or options.name in ("drive", "ecu", "half_speed"):
         raise UserError(
             f'the name "{options.name}" cannot be that of the machine\'s file: give --name with letters, digits, _ and '

@@ -102,27 +102,23 @@ def losses_of(plate: NamePlate, stator_share: float) -> tuple[float, float]:
     total = plate.stator_side_losses_w
     if plate.star_r_s_ohm is None:
         other = (1 - stator_share) * total if plate.other_losses_w is None else plate.other_losses_w
-        return (total - other) / (3 * _circuit_current_squared(plate, other)), other
+        return (total - other) / (3 * abs(_circuit_current(plate, other)) ** 2), other
     # P_o changes the circuit's current, which R_s needs: a contraction by some 1e-2 each time.
     other = 0.0
     for _ in range(50):
-        other = max(0.0, total - 3 * plate.star_r_s_ohm * _circuit_current_squared(plate, other))
+        other = max(0.0, total - 3 * plate.star_r_s_ohm * abs(_circuit_current(plate, other)) ** 2)
     return plate.star_r_s_ohm, other
 
 
-def circuit_current(plate: NamePlate, other_losses_w: float) -> complex:
+def _circuit_current(plate: NamePlate, other_losses_w: float) -> complex:
     """Of the circuit at the rated point: I_N less the part of the other losses. RMS [A]"""
     angle = math.acos(plate.power_factor)
     return cmath.rect(plate.current_a, -angle) - other_losses_w / (3 * plate.phase_voltage)
 
 
-def _circuit_current_squared(plate: NamePlate, other_losses_w: float) -> float:
-    return abs(circuit_current(plate, other_losses_w)) ** 2
-
-
-def _across_flux(plate: NamePlate, r_s: float, other_losses_w: float) -> tuple[complex, float, float]:
+def across_flux(plate: NamePlate, r_s: float, other_losses_w: float) -> tuple[complex, float, float]:
     """The voltage U' [V], and the current along it and behind it [A], RMS."""
-    current = circuit_current(plate, other_losses_w)
+    current = _circuit_current(plate, other_losses_w)
     behind = plate.phase_voltage - r_s * current
     turned = current * behind.conjugate() / abs(behind)
     return behind, turned.real, -turned.imag
@@ -130,14 +126,14 @@ def _across_flux(plate: NamePlate, r_s: float, other_losses_w: float) -> tuple[c
 
 def _most_slip(plate: NamePlate, stator_share: float) -> float:
     """Of x, so that x < 1 and I_0 > 0."""
-    _, active, reactive = _across_flux(plate, *losses_of(plate, stator_share))
+    _, active, reactive = across_flux(plate, *losses_of(plate, stator_share))
     return MOST_SLIP * min(1.0, reactive / active)
 
 
 def circuit_of(plate: NamePlate, stator_share: float, x: float) -> Circuit:
     """The circuit at a share of the losses and a relative slip x of the rated point."""
     r_s, other = losses_of(plate, stator_share)
-    behind, active, reactive = _across_flux(plate, r_s, other)
+    behind, active, reactive = across_flux(plate, r_s, other)
     idle = reactive - x * active
     sigma = x * idle / (active + x * reactive)
     l_s = abs(behind) / (plate.omega_s * idle)
@@ -176,8 +172,6 @@ def target_of(plate: NamePlate) -> Target:
 
 @dataclass(frozen=True)
 class Fit:
-    """The circuit of a plate."""
-
     circuit: Circuit
     other_losses_w: float
     target: Target

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from .nameplate_circuit import Circuit, Fit, circuit_current
+from .nameplate_circuit import Circuit, Fit, across_flux
 from .nameplate_plate import NamePlate
 from .nameplate_spread import Variant, span, worst
 
@@ -35,7 +35,7 @@ class Limits:
 
 def flux_of(plate: NamePlate, fit: Fit) -> float:
     """ψ_s = √2 |U − R_s I|/ω, the amplitude at the rated point. [Wb]"""
-    behind = plate.phase_voltage - fit.circuit.r_s * circuit_current(plate, fit.other_losses_w)
+    behind, _, _ = across_flux(plate, fit.circuit.r_s, fit.other_losses_w)
     return math.sqrt(2) * abs(behind) / plate.omega_s
 
 
@@ -54,9 +54,7 @@ def current_at(circuit: Circuit, flux_wb: float, torque_nm: float) -> float:
 
 def _reactive(variant: Variant) -> float:
     """What the rated current has across the flux's voltage: more than the flux takes without torque. [A]"""
-    current = circuit_current(variant.plate, variant.fit.other_losses_w)
-    behind = variant.plate.phase_voltage - variant.fit.circuit.r_s * current
-    return -math.sqrt(2) * (current * behind.conjugate()).imag / abs(behind)
+    return math.sqrt(2) * across_flux(variant.plate, variant.fit.circuit.r_s, variant.fit.other_losses_w)[2]
 
 
 def limits_of(of: list[Variant], period_us: float, u_dc_v: float | None, overload: float = OVERLOAD) -> Limits:

@@ -1,11 +1,11 @@
 """A name plate: what stands on it, and whether it can be one."""
 
 import math
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
 from .errors import UserError
+from .toml_file import parsed
 
 SQRT3 = math.sqrt(3)
 CONNECTIONS = {"star": "star", "y": "star", "wye": "star", "delta": "delta", "d": "delta", "triangle": "delta"}
@@ -130,13 +130,7 @@ class NamePlate:
 
 
 def read_file(file: Path) -> dict:
-    """The entries of a name plate's file."""
-    try:
-        found = tomllib.loads(file.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise UserError(f"{file} cannot be read: {error.strerror}.") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise UserError(f"{file} is no TOML: {error}.") from None
+    found = parsed(file)
     known = {*BY_KEY, "connection"}
     for key in found:
         if key not in known:

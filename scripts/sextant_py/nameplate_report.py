@@ -1,7 +1,7 @@
 """The figures of a name plate's machine, as rows for text and page."""
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from .nameplate_circuit import (
     STATOR_SHARE,
@@ -15,37 +15,37 @@ from .nameplate_files import inertia_of, title
 from .nameplate_limits import Limits, breakdown_at_flux
 from .nameplate_plate import NamePlate
 from .nameplate_spread import PARAMETERS, Variant, span
+from .report.model import Table
 
 
-@dataclass(frozen=True)
-class Row:
+class Row(NamedTuple):
     name: str
     value: str
     note: str = ""
 
 
+HEADS = ("name", "value", "remark")
 NAMES = {"r_s_ohm": "R_s", "r_r_ohm": "R_r", "l_ls_h": "L_ls", "l_lr_h": "L_lr", "l_m_h": "L_m"}
 
 
 def points(variant: Variant) -> list[Row]:
     """Operating points at rated voltage and frequency. Currents are RMS of a line, with the other losses' part."""
     plate, circuit = variant.plate, variant.fit.circuit
-    voltage, omega_s = plate.phase_voltage, plate.omega_s
 
     def current(slip: float) -> tuple[float, str]:
-        line = circuit.current(voltage, omega_s, slip) + variant.fit.other_losses_w / (3 * voltage)
+        line = variant.current(slip)
         return abs(line), f"{abs(line):.4g} A, cos φ {line.real / abs(line):.3f}"
 
     rated, idle, starting = current(plate.slip), current(0.0), current(1.0)
-    slip, torque = circuit.breakdown(voltage, omega_s)
-    standing = circuit.torque(voltage, omega_s, 1.0)
+    slip, torque = circuit.breakdown(plate.phase_voltage, plate.omega_s)
+    standing = variant.torque(1.0)
     by_rated = (
         f"{standing / plate.torque_nm:.2f} of the rated torque, {starting_ratio(plate, circuit):.2f} of the current"
     )
     return [
         Row(
             "rated",
-            f"{circuit.torque(voltage, omega_s, plate.slip):.4g} N·m, {rated[1]}",
+            f"{variant.torque(plate.slip):.4g} N·m, {rated[1]}",
             f"{plate.speed_rpm:.5g} r/min, slip {plate.slip:.2%}, efficiency {plate.efficiency:.1%}",
         ),
         Row("no load", idle[1], f"{idle[0] / rated[0]:.0%} of the rated current"),
@@ -134,21 +134,21 @@ def limits_rows(plate: NamePlate, variant: Variant, limits: Limits) -> list[Row]
     ]
 
 
-def tables(of: list[Variant], limits: Limits) -> list[tuple[str, list[Row]]]:
-    plate = of[0].plate
-    return [
-        ("Operating points at rated voltage and frequency", points(of[0])),
-        ("Equivalent circuit", parameters(of)),
-        ("Assumed", assumptions(of)),
-        ("Limits of the drive", limits_rows(plate, of[0], limits)),
-    ]
+def tables(of: list[Variant], limits: Limits) -> list[Table]:
+    rows = {
+        "Operating points at rated voltage and frequency": points(of[0]),
+        "Equivalent circuit": parameters(of),
+        "Assumed": assumptions(of),
+        "Limits of the drive": limits_rows(of[0].plate, of[0], limits),
+    }
+    return [Table(title, HEADS, tuple(found), (0, 1, 2)) for title, found in rows.items()]
 
 
 def report(of: list[Variant], limits: Limits) -> str:
     """As text."""
     lines = [title(of[0].plate)]
-    for heading, rows in tables(of, limits):
-        lines += ["", heading]
-        names, values = (max(len(getattr(row, part)) for row in rows) for part in ("name", "value"))
-        lines += [f"  {row.name:<{names}}  {row.value:<{values}}  {row.note}".rstrip() for row in rows]
+    for table in tables(of, limits):
+        names, values = (max(len(row[part]) for row in table.rows) for part in (0, 1))
+        lines += ["", table.title]
+        lines += [f"  {name:<{names}}  {value:<{values}}  {note}".rstrip() for name, value, note in table.rows]
     return "\n".join(lines) + "\n"

@@ -24,6 +24,15 @@ class Variant:
     plate: NamePlate
     fit: Fit
 
+    def current(self, slip: float) -> complex:
+        """Of a line at rated voltage and frequency, with the part of the other losses. RMS [A]"""
+        voltage = self.plate.phase_voltage
+        return self.fit.circuit.current(voltage, self.plate.omega_s, slip) + self.fit.other_losses_w / (3 * voltage)
+
+    def torque(self, slip: float) -> float:
+        """Of the air gap at rated voltage and frequency. [N·m]"""
+        return self.fit.circuit.torque(self.plate.phase_voltage, self.plate.omega_s, slip)
+
 
 Quantity = Callable[[Variant], float]
 PARAMETERS: dict[str, Quantity] = {

@@ -28,7 +28,6 @@ class Reports:
     latest: dict[str, dict] = field(default_factory=dict)
     refused: int = 0
     _periods_without_status: int = 0
-    _checkers: dict[str, e2e.Checker] = field(default_factory=dict)
     _stop: threading.Event = field(default_factory=threading.Event)
     _thread: threading.Thread | None = None
 
@@ -57,11 +56,9 @@ class Reports:
             return
         name, signals = decoded
         data_id = self.contract.data_id(name)
-        if data_id is not None:
-            checker = self._checkers.setdefault(name, e2e.Checker(data_id))
-            if checker.check(bytes(frame.data)) is e2e.Result.ERROR:
-                self.refused += 1
-                return
+        if data_id is not None and not e2e.is_valid(bytes(frame.data), data_id):
+            self.refused += 1
+            return
         self.latest[name] = signals
         if name == STATUS:
             self._periods_without_status = 0

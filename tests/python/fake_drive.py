@@ -3,6 +3,7 @@
 import time
 
 from background import Background
+from frame_checker import Checker
 from sextant_py import bus, e2e
 from sextant_py.contract import Contract
 
@@ -29,7 +30,7 @@ class FakeDrive(Background):
         self._stubborn = stubborn
         self._contract = Contract(identifier_offset=identifier_offset)
         self._contract_major = self._contract.version()[0] if contract_major is None else contract_major
-        self._checker = e2e.Checker(self._contract.data_id(COMMAND))
+        self._checker = Checker(self._contract.data_id(COMMAND))
         self._bus = bus.open_bus(bus.parse(address))
         super().__init__()
 

@@ -51,10 +51,9 @@ def test_what_is_missing_has_to_be_counted(
     tmp_path: Path, telemetry_without: slice, periods_without: slice, missed: int, counted: bool, failures: list[str]
 ) -> None:
     source = recorded(telemetry_without, periods_without, missed, counted, tmp_path / "run.mcap")
-    verdict = check_recording.Verdict()
-    figures = check_recording.check_losses(source, verdict)
-    assert len(verdict.failures) == len(failures), verdict.failures
-    for found, expected in zip(verdict.failures, failures, strict=True):
+    figures, said = check_recording.check_losses(source)
+    assert len(said) == len(failures), said
+    for found, expected in zip(said, failures, strict=True):
         assert found.startswith(expected)
     removed = len(range(800)[telemetry_without])
     assert (figures["telemetry_rows"], figures["telemetry_lost"]) == (800 - removed, removed)
@@ -66,9 +65,7 @@ def test_a_recording_without_control_periods_fails(tmp_path: Path) -> None:
     source = made(SEED)
     del source.groups[topics.WAVEFORM]
     write(source, tmp_path / "run.mcap")
-    verdict = check_recording.Verdict()
-    assert check_recording.check_losses(McapSource(tmp_path / "run.mcap"), verdict) == {}
-    assert verdict.failures == ["the recording has no waveform"]
+    assert check_recording.check_losses(McapSource(tmp_path / "run.mcap")) == ({}, ["the recording has no waveform"])
 
 
 def test_files_that_hold_other_rows_fail(tmp_path: Path) -> None:
@@ -79,10 +76,8 @@ def test_files_that_hold_other_rows_fail(tmp_path: Path) -> None:
     found = McapSource(tmp_path / "run.mcap")
     failures: dict[str, list[str]] = {}
     for name in ("run", "shorter", "other"):
-        verdict = check_recording.Verdict()
-        check_recording.check_mcap(tmp_path / f"{name}.mcap", found, verdict)
-        check_recording.check_mdf(tmp_path / f"{name}.mf4", found, verdict)
-        failures[name] = verdict.failures
+        failures[name] = check_recording.check_mcap(tmp_path / f"{name}.mcap", found)
+        failures[name] += check_recording.check_mdf(tmp_path / f"{name}.mf4", found)
     assert failures == {
         "run": [],
         "shorter": ["mcap counts other messages", "asammdf counts other rows"],

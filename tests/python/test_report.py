@@ -19,7 +19,7 @@ from sextant_py.recording.formats import SUFFIXES
 from sextant_py.recording.model import MAIN
 from sextant_py.recording.topics import STATE, group_of
 from sextant_py.report import configuration
-from sextant_py.report.settings import Settings
+from sextant_py.report.model import Settings
 
 SUMMARY = {
     "scenario": "step",

@@ -1,5 +1,7 @@
 """The live dashboard: DDS telemetry of the drives on a page, by WebSocket, and commands over CAN where allowed."""
 
-from .program import main
 
-__all__ = ["main"]
+def main(arguments: list[str]) -> int:
+    from .program import main as perform
+
+    return perform(arguments)

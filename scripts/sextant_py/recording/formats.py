@@ -45,7 +45,6 @@ def open_sink(path: Path, metadata: Metadata) -> Sink:
 
 
 def files(path: Path, names: list[str], main: str) -> list[Path]:
-    """The files of a recording with these groups."""
     if path.suffix.lower() not in SEVERAL:
         return [path]
     from .arrow_table import file_of

@@ -3,23 +3,15 @@
 from typing import Any
 
 import numpy as np
-from cyclonedds.core import Policy, Qos
-from cyclonedds.util import duration
 
 from .. import dds
 from . import topics
 from .can_frames import CanReader, Gap
 from .model import MAIN, Group
 
-STREAM_DEPTH = 5000  # samples that wait in a reader
+STREAM_DEPTH = 5000  # samples that wait in a reader, of which none replaces another
 WAVEFORM_DEPTH = 400  # batches of 10 ms
 HELPING = 200  # samples a take: room for many is expensive
-
-
-def every_change() -> Qos:
-    """As `latched_qos`, but no sample replaces one that was not read yet."""
-    reliable = Policy.Reliability.Reliable(duration(milliseconds=100))
-    return Qos(reliable, Policy.Durability.TransientLocal, Policy.History.KeepLast(STREAM_DEPTH))
 
 
 class LiveDrive:
@@ -31,10 +23,11 @@ class LiveDrive:
         self.node = dds.Node(domain)
         self._can = can
         quality = {MAIN: dds.streaming_qos(STREAM_DEPTH), topics.WAVEFORM: dds.streaming_qos(WAVEFORM_DEPTH)}
+        every_change = dds.latched_qos(STREAM_DEPTH)
         names = [name for name in topics.TOPICS if waveform or name != topics.WAVEFORM]
         self._groups = {name: topics.group_of(name) for name in names}
         self.subscriptions = {
-            name: dds.Subscription(self.node, topics.TOPICS[name], quality.get(name, every_change())) for name in names
+            name: dds.Subscription(self.node, topics.TOPICS[name], quality.get(name, every_change)) for name in names
         }
 
     def poll(self) -> list[tuple[Group, np.ndarray]]:

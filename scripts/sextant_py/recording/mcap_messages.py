@@ -29,7 +29,6 @@ def field_name(name: str) -> str:
 
 
 def message_name(group: Group) -> str:
-    """The name of a group's message."""
     words = re.findall(r"[A-Za-z0-9]+", group.name)
     return "sextant_msgs/msg/" + "".join(word[0].upper() + word[1:] for word in words)
 

@@ -2,13 +2,11 @@
 
 import json
 import struct
-import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from io import BytesIO
 from pathlib import Path
 
-import lz4.frame
 import numpy as np
 import zstandard
 from mcap.data_stream import ReadDataStream
@@ -16,6 +14,7 @@ from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, Statistics
 from mcap.records import Metadata as MetadataRecord
+from mcap.stream_reader import CRCValidationError, get_chunk_data_stream
 from mcap.writer import MCAP0_MAGIC
 
 from ..errors import UserError
@@ -205,12 +204,12 @@ class McapSource:
             return stored
         try:
             chunk = Chunk.read(ReadDataStream(BytesIO(stored)))
-            data = decompressed(chunk)
+            data, length = get_chunk_data_stream(chunk, validate_crc=True)
+        except CRCValidationError:
+            raise self._damaged(begin, "the chunk there does not match its checksum") from None
         except UNREADABLE as error:
             raise self._damaged(begin, f"the chunk there cannot be decompressed ({error})") from None
-        if chunk.uncompressed_crc and chunk.uncompressed_crc != zlib.crc32(data):
-            raise self._damaged(begin, "the chunk there does not match its checksum")
-        return data
+        return data.read(length)
 
     def _offsets(self, place: ChunkPlace, channels: list[int]) -> np.ndarray:
         """Where the messages of some channels begin in a chunk, in their order."""
@@ -239,9 +238,3 @@ class McapSource:
                 raise self._damaged(place.offset - HEADER_BYTES, f"index or rows of a chunk: {error}") from None
             for begin in range(0, len(whole), rows):
                 yield whole[begin : begin + rows]
-
-
-def decompressed(chunk: Chunk) -> bytes:
-    if chunk.compression == "zstd":
-        return zstandard.ZstdDecompressor().decompress(chunk.data, chunk.uncompressed_size)
-    return lz4.frame.decompress(chunk.data) if chunk.compression == "lz4" else chunk.data

@@ -23,8 +23,6 @@ Metadata = dict[str, Any]  # what JSON can hold
 
 @dataclass(frozen=True)
 class Column:
-    """A signal of a group."""
-
     name: str
     kind: str  # of numpy: "<f4", "|u1"; "|S64" is text of up to 64 bytes in UTF-8
     unit: str = ""
@@ -189,7 +187,6 @@ def missing_rows(metadata: Metadata, kept: dict[str, int]) -> dict[str, int]:
 
 
 def cut_sentence(path: object, kept: dict[str, int], lost: str) -> str:
-    """One sentence for a truncated file."""
     return f"{path} is truncated: {lost}; {left(kept)}"
 
 

@@ -44,6 +44,5 @@ def items(source: Source, names: list[str]) -> Iterator[Item]:
 
 
 def begin_ns(source: Source, names: list[str]) -> int:
-    """The first time of these groups."""
     firsts = ((source.groups[name], next(source.blocks(name), None)) for name in names)
     return min(int(group.times_ns(block[:1])[0]) for group, block in firsts if block is not None and len(block))

@@ -59,7 +59,6 @@ def column_of(signal: Signal) -> Column:
 
 
 def group_of(name: str) -> Group:
-    """The group of a topic."""
     members = [signal for signal in signals(struct_of(name)) if signal.name != OFFSETS]
     return Group(name, tuple(column_of(signal) for signal in members), TEXTS[name])
 
@@ -112,7 +111,6 @@ def sample_of(name: str, row: np.void | np.ndarray, kind: type) -> Any:
 
 
 def elements(signal: Signal, values: np.ndarray) -> list:
-    """The values of a sequence."""
     kind = np.dtype(kind_of(signal.type))
     return [whole(signal.name, kind, value) for value in values.tolist()] if kind.kind in "iu" else values.tolist()
 

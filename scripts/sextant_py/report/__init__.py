@@ -1,5 +1,7 @@
 """A report for people: one page of HTML about runs, sweeps and recordings."""
 
-from .program import main
 
-__all__ = ["main"]
+def main(arguments: list[str]) -> int:
+    from .program import main as perform
+
+    return perform(arguments)

@@ -6,8 +6,7 @@ from pathlib import Path
 from ..errors import UserError
 from ..recording.formats import SUFFIXES
 from . import junit_results, mil_results, recordings, sweeps, timings
-from .model import Run
-from .settings import Settings
+from .model import Run, Settings
 
 KINDS = (
     "a result directory of sextant-mil, its summary.json, a directory of result directories, a directory of "

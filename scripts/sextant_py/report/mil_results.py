@@ -6,9 +6,8 @@ from typing import Any
 from ..comparison import read_summary
 from ..errors import UserError
 from .configuration import Configuration, differences, metric_texts, print_config
-from .drawing import draw
-from .model import BAD, GOOD, NEUTRAL, Check, Fault, Run, Table, shown
-from .settings import Settings
+from .model import BAD, GOOD, NEUTRAL, Check, Fault, Run, Settings, Table, shown
+from .pictures import draw
 
 GOOD_VERDICTS, NEUTRAL_VERDICTS = ("pass",), ("nothing_expected",)
 

@@ -1,10 +1,28 @@
 """What a report says of a run, whatever file it is from."""
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
+
+from .. import mil_program
 
 GOOD, BAD, NEUTRAL = "good", "bad", "neutral"
 MOST_FAULTS = 4  # of the overview
+Span = tuple[float | None, float | None]  # [s]
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What a person asks of a report, beside the runs."""
+
+    signals: tuple[str, ...] = ()  # to draw; empty: torque, flux, speed and current
+    span: Span = (None, None)  # to draw
+    mil: Path | None = None  # the sextant-mil that knows the defaults
+
+    @cached_property
+    def program(self) -> Path:
+        """UserError: there is none."""
+        return mil_program.find(self.mil)
 
 
 @dataclass(frozen=True)
@@ -20,8 +38,6 @@ class Check:
 
 @dataclass(frozen=True)
 class Fault:
-    """A fault that latched."""
-
     name: str
     t_s: float
 
@@ -86,7 +102,6 @@ class Run:
 
 
 def shown(value: object) -> str:
-    """A value as the tables show it."""
     if value is None:
         return "–"
     if isinstance(value, bool):

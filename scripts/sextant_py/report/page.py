@@ -12,15 +12,18 @@ HERE = Path(__file__).parent
 WORDS = {GOOD: "holds", BAD: "does not hold"}
 
 
-def render(runs: list[Run], title: str, now: datetime | None = None) -> str:
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(HERE), autoescape=True, trim_blocks=True, lstrip_blocks=True
-    )
-    counts = {result: sum(run.result == result for run in runs) for result in (GOOD, BAD)}
+def filled(template: str, **values: object) -> str:
+    """A template of this folder with the style of all pages."""
+    loader = jinja2.FileSystemLoader(HERE)
+    environment = jinja2.Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
     style = (HERE / "page.css").read_text(encoding="utf-8")
+    return environment.get_template(template).render(style=style, **values)
+
+
+def render(runs: list[Run], title: str, now: datetime | None = None) -> str:
+    counts = {result: sum(run.result == result for run in runs) for result in (GOOD, BAD)}
     written = (now or datetime.now(UTC)).strftime("%Y-%m-%d %H:%M UTC")
-    page = environment.get_template("page.html")
-    return page.render(runs=runs, title=title, style=style, written=written, counts=counts, words=WORDS)
+    return filled("page.html", runs=runs, title=title, written=written, counts=counts, words=WORDS)
 
 
 def write(runs: list[Run], title: str, output: Path) -> None:

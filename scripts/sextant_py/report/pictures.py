@@ -11,13 +11,12 @@ from matplotlib.figure import Figure
 from ..errors import UserError
 from ..plots import marks, panels, png, series, styles
 from ..plots.look import Look
-from .model import Fault, Picture
+from .model import Fault, Picture, Run, Settings, Span
 
 # Torque, flux, speed and current; of a capture of control periods, which has no magnitude, the phase currents.
 CHOSEN = ("torque_requested_nm", "torque", "torque_reference_nm", "flux", "speed", "current")
 PHASES = ("i_a_a", "i_b_a", "i_c_a")
 DPI = 144
-Span = tuple[float | None, float | None]  # [s]
 WIDE_IN, NARROW_IN = 10.4, 3.7  # a hundred pixels of the page an inch
 # The colours of the dashboard's dark theme.
 _TEXT, _CARD, _GRID = "#e4e9f0", "#171e27", "#97a4b5"
@@ -93,3 +92,14 @@ def of_file(path: Path, wanted: Sequence[str], faults: Sequence[Fault] | None, s
         with plt.rc_context():
             variants[key] = _encoded(png.figure_of(arranged, "", found, look))
     return Picture(", ".join(panel.heading for panel in arranged) + f" of {path.name} over time", variants)
+
+
+def draw(run: Run, path: Path, settings: Settings) -> None:
+    """Adds the picture of a file's signals, or a note where it has nothing to draw. UserError: a signal or a span was
+    asked for that is not there."""
+    try:
+        run.pictures.append(of_file(path, settings.signals, run.faults, settings.span))
+    except UserError as error:
+        if settings.signals or settings.span != (None, None):
+            raise
+        run.notes.append(f"Nothing is drawn: {error}")

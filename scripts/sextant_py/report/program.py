@@ -4,11 +4,10 @@ import argparse
 from pathlib import Path
 
 from ..errors import UserError
-from ..program_arguments import parser_of
-from ..seconds import finite_seconds
+from ..program_arguments import add_span, parser_of
 from . import page
 from .inputs import KINDS, runs_of
-from .settings import Settings
+from .model import Settings
 
 EXAMPLES = f"""examples:
   scripts/report out/constant_torque                        a run of sextant-mil, to report.html
@@ -34,10 +33,7 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument(
         "--signal", action="append", default=[], metavar="NAME", help="to draw, as scripts/plot names signals"
     )
-    parser.add_argument(
-        "--from", dest="begin_s", type=finite_seconds, metavar="S", help="begin of the span to draw [s]"
-    )
-    parser.add_argument("--to", dest="end_s", type=finite_seconds, metavar="S", help="end of the span to draw [s]")
+    add_span(parser)
     parser.add_argument("--mil", type=Path, metavar="FILE", help="sextant-mil that knows the defaults")
     return parser.parse_args(arguments)
 

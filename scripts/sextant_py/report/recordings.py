@@ -9,9 +9,8 @@ from ..recording.model import TRIGGER, Source
 from ..recording.topics import STATE
 from ..signal_file import GroupRows, SignalFile
 from ..telemetry_contract import enumerators
-from .drawing import draw
-from .model import BAD, NEUTRAL, Fault, Run, Table, shown
-from .settings import Settings
+from .model import BAD, NEUTRAL, Fault, Run, Settings, Table, shown
+from .pictures import draw
 
 STATISTICS = "statistics"
 FAULT = enumerators("DriveStateKind").index("FAULT")

@@ -1,5 +1,7 @@
 """Triggered captures of the drive's waveform, as on an oscilloscope."""
 
-from .program import main
 
-__all__ = ["main"]
+def main(arguments: list[str]) -> int:
+    from .program import main as perform
+
+    return perform(arguments)
