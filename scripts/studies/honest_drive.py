@@ -10,6 +10,8 @@ from sextant_py.identify_files import report, told, write_files
 from sextant_py.paths import ROOT
 from sextant_py.sweep_file import Settings, toml_value
 
+from . import identification
+
 FILE = ROOT / "configs" / "ecu_honest.toml"
 METHODS = ("dtc", "foc")
 TOLD = ("drive.inverter.", "control.machine_estimate.")
@@ -54,11 +56,7 @@ def shown(settings: Settings) -> str:
 def identified(inverter: Inverter, mil: Path, directory: Path, parts: tuple[str, ...] = INVERTER_PARTS) -> Path:
     """The file of the drive with this inverter, and of what these parts of `identify` find."""
     work = directory / f"honest_{inverter.name}{'_all' if parts == ALL_PARTS else ''}"
-    work.mkdir(parents=True, exist_ok=True)
-    given = [f"{key}={toml_value(value)}" for key, value in inverter.settings.items()]
-    words = [str(FILE), "--only", ",".join(parts), *(word for text in given for word in ("--set", text))]
-    options = identify.parse_arguments(words)
-    results = identify.identified(FILE, mil, work, options)
+    results = identification.identified(FILE, mil, work, parts, inverter.settings)
     write_files(work, FILE, results)
     (work / "identify.txt").write_text(report(results) + "\n", encoding="utf-8")
     settings = drive_file.read(FILE) | inverter.settings | told(results)

@@ -339,11 +339,11 @@ def test_text_is_put_between_the_marks_and_nowhere_else() -> None:
     once = pages.put(page, "x", r"new \1")
     assert once == "a\n<!-- x -->\nnew \\1\n<!-- end of x -->\nb\n"
     assert pages.put(once, "x", r"new \1") == once
-    assert pages.put("a <!-- x -->old<!-- end --> b\n", "x", "new") == "a <!-- x -->new<!-- end --> b\n"
+    assert pages.put("a <!-- x -->old<!-- end --> b\n", {"x": "new"}) == "a <!-- x -->new<!-- end --> b\n"
     with pytest.raises(UserError, match="once"):
-        pages.put("a\n", "x", "new")
+        pages.put("a\n", {"x": "new"})
     with pytest.raises(UserError, match="once"):
-        pages.put(page + page, "x", "new")
+        pages.put(page + page, {"x": "new"})
 
 
 @pytest.fixture

@@ -11,18 +11,11 @@ from studies.fault_campaign import fault_campaign
 from studies.fault_campaign import file as fault_campaign_file
 from studies.fault_campaign import honest as fault_campaign_honest
 from studies.fault_campaign.false_trips import Hours
-from studies.torque_map import (
-    honest as torque_map_honest,
-)
-from studies.torque_map import (
-    kinds as torque_map_kinds,
-)
-from studies.torque_map import (
-    points as torque_map_points,
-)
-from studies.torque_map import (
-    torque_map,
-)
+from studies.page import put_into
+from studies.torque_map import honest as torque_map_honest
+from studies.torque_map import kinds as torque_map_kinds
+from studies.torque_map import points as torque_map_points
+from studies.torque_map import torque_map
 from studies.torque_map.drive import SENSORS, Drive
 from studies.torque_map.points import ESTIMATE, Conditions
 from studies.torque_map.results import MapOf, Results
@@ -132,9 +125,10 @@ def test_the_page_takes_the_tables_of_the_campaign(tmp_path: Path) -> None:
     page = tmp_path / "page.md"
     page.write_text((ROOT / "docs/fault_campaign.md").read_text(encoding="utf-8"), encoding="utf-8")
     run = {"name": "open phase", "method": "foc", "case": "", "kind": plant_faults.NAMED, "seen": "OPEN_PHASE"}
-    found = fault_campaign_honest.Found({"125 µs": [run | {"late_ms": 2.5}]}, [Hours("random, foc", 360.0, 12)])
-    fault_campaign_honest.write(page, found, 1)
+    found = fault_campaign_file.Found([run | {"late_ms": 2.5, "inverter": "125 µs"}], [Hours("random, foc", 360.0, 12)])
+    put_into(page, fault_campaign_honest.blocks(found, 1))
     text = page.read_text(encoding="utf-8")
     assert "1 seed at 5 operating points: 1 run." in text
     assert "| open phase | 1 | 1 | 0 | 0 | 0 | 2.5 | OPEN_PHASE 1 |" in text
     assert "- no trip: random, foc (360 s)" in text
+    assert fault_campaign_honest.tables(found).startswith("125 µs:\n\n| injection | method | runs |")

@@ -134,10 +134,7 @@ def blocks(run: Run) -> dict[str, str]:
 
 def write_page(file: Path, run: Run, plots: Path) -> None:
     """What this run measured and nothing else; where it is the committed page, its pictures too."""
-    text = file.read_text(encoding="utf-8")
-    for mark, content in blocks(run).items():
-        text = page.put(text, mark, content)
-    file.write_text(text, encoding="utf-8")
+    page.put_into(file, blocks(run))
     for stage, plot in PLOTS.items():
         if file == PAGE and stage in run.stages and (plots / plot).exists():
             shutil.copyfile(plots / plot, IMAGES / plot)

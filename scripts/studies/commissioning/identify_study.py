@@ -9,6 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
 from sextant_py import identify, mil_program
 from sextant_py.errors import UserError, run
 from sextant_py.identify_files import Results
@@ -18,8 +19,10 @@ from sextant_py.paths import OUT
 from sextant_py.program_arguments import add_runs, parser_of
 from sextant_py.sweep_file import Settings, toml_value
 
+from studies import identification
+from studies.command import made, words
 from studies.machine_library import random_machines
-from studies.machine_library.points import Machine, read_library, sensor_settings
+from studies.machine_library.points import Machine, chosen_machines, sensor_settings
 
 EXAMPLES = """examples:
   scripts/identify_study                                  all machines of configs/machines/library.toml
@@ -107,8 +110,7 @@ class Study:
         }
 
     def measure(self, machine: Machine | RandomMachine) -> Row:
-        own = self.directory / machine.id
-        own.mkdir(parents=True, exist_ok=True)
+        own = made(self.directory / machine.id)
         file = own / f"{machine.id}.toml"
         file.write_text(machine.scenario(), encoding="utf-8")
         try:
@@ -116,16 +118,7 @@ class Study:
             true, inertia = estimate_of(configuration), inertia_of(configuration)
             kept = {key: configuration[key] for key in LIMITS}
             settings = self.plant(configuration) | kept | self.estimate(machine, true, inertia)
-            words = [f"{key}={toml_value(value)}" for key, value in settings.items()]
-            arguments = [
-                str(file),
-                "--only",
-                ",".join(identify.PARTS),
-                "--threshold-v",
-                str(THRESHOLD_V),
-                *(w for text in words for w in ("--set", text)),
-            ]
-            found = identify.identified(file, self.mil, own, identify.parse_arguments(arguments))
+            found = identification.identified(file, self.mil, own, identify.PARTS, settings, THRESHOLD_V)
         except UserError as error:
             return Row(machine.id, reason=str(error))
         return Row(machine.id, self.errors(found, true, inertia))
@@ -145,7 +138,7 @@ class Study:
 
 def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     parser = parser_of("identify_study", "Measures what identify finds on the machines of the library.", EXAMPLES)
-    parser.add_argument("--machines", type=lambda text: text.split(","), metavar="A,B", help="these alone")
+    parser.add_argument("--machines", type=words, metavar="A,B", help="these alone")
     parser.add_argument("--random", type=int, metavar="N", help="so many random machines in the place of the library")
     parser.add_argument("--period-us", type=float, default=125, metavar="US", help="control period (default: 125)")
     parser.add_argument("--dead-time-us", type=float, default=1.5, metavar="US", help="of the plant (default: 1.5)")
@@ -164,27 +157,15 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     return options
 
 
-def chosen(wanted: list[str] | None) -> list[Machine]:
-    library = read_library()
-    known = [machine.id for machine in library]
-    for name in wanted or []:
-        if name not in known:
-            raise UserError(f'--machines: there is no "{name}"; they are {", ".join(known)}.')
-    return [machine for machine in library if not wanted or machine.id in wanted]
-
-
 def drawn(count: int, seed: int) -> list[RandomMachine]:
-    import numpy as np
-
-    made = np.random.default_rng(seed)
-    powers = random_machines.random_powers_kw(made, count)
-    machines = random_machines.random_machines(made, powers)
+    dice = np.random.default_rng(seed)
+    machines = random_machines.random_machines(dice, random_machines.random_powers_kw(dice, count))
     return [RandomMachine(f"random_{number}", machine) for number, machine in enumerate(machines)]
 
 
 def main(arguments: list[str]) -> int:
     options = parse_arguments(arguments)
-    machines = drawn(options.random, options.seed) if options.random else chosen(options.machines)
+    machines = drawn(options.random, options.seed) if options.random else chosen_machines(options.machines)
     directory = OUT / "identify_study"
     mil = mil_program.find(options.mil)
     study = Study(mil, directory, options.period_us, options.dead_time_us, options.spread, options.seed)

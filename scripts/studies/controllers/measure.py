@@ -1,6 +1,5 @@
 """Runs the cases of the bench of control methods, several at a time, and keeps their figures."""
 
-import json
 import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
@@ -11,7 +10,6 @@ from sextant_py.errors import UserError
 from sextant_py.short_run import run_of
 from sextant_py.sweep_file import toml_value
 
-from studies import json_file
 from studies.parallel import in_order
 from studies.torque_map.drive import Drive
 
@@ -77,15 +75,6 @@ class Results:
             if record.what == list(what):
                 return record.metrics.get(name)
         return None
-
-    def save(self, file: Path) -> None:
-        content = self.__dict__ | {"records": [record.__dict__ for record in self.records]}
-        json_file.write(file, content)
-
-    @staticmethod
-    def load(file: Path) -> "Results":
-        content = json.loads(file.read_text(encoding="utf-8"))
-        return Results(**content | {"records": [Record(**record) for record in content["records"]]})
 
 
 class Bench:

@@ -45,9 +45,6 @@ class Hours:
     faults: dict[str, int] = field(default_factory=Counter)
     cases: list[str] = field(default_factory=list)
 
-    def to_json(self) -> dict:
-        return vars(self) | {"faults": dict(self.faults)}
-
 
 Points = list[tuple[float, float]]
 

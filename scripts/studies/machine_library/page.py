@@ -2,20 +2,28 @@
 
 import re
 from collections import Counter
-from collections.abc import Iterable
 from pathlib import Path
 
 from sextant_py.control_methods import METHODS
 
-from studies import plant_faults as faults
 from studies.page import filled, table
+from studies.plant_faults import injections_table
 
 from . import scenarios
+from .figure import draw
 from .points import PERIODS_US
 from .results import DERATED, OUTCOMES, REFUSED, RIGHT, TRIPPED, WRONG, Results, causes, counts
 
 TEMPLATE = Path(__file__).with_name("page.md")
 SHOWN = 20  # points that are listed
+
+
+def _size(machine: dict) -> tuple:
+    return f"{machine['power_w'] / 1e3:.3g}", f"{machine['voltage']:.0f}", machine["poles"]
+
+
+def _kinds(found: Counter) -> tuple[int, ...]:
+    return tuple(found[kind] for kind in OUTCOMES)
 
 
 def machines_table(results: Results) -> str:
@@ -24,11 +32,9 @@ def machines_table(results: Results) -> str:
     rows = []
     for machine in results.machines:
         own = found.get(machine["id"], Counter())
-        size = (f"{machine['power_w'] / 1e3:.3g}", f"{machine['voltage']:.0f}", machine["poles"])
-        rows.append((machine["name"], *size, *(own[kind] for kind in OUTCOMES), own["needless"]))
-    total = counts(results.outcomes, lambda one: "all").get("all", Counter())
-    rows.append(("**all**", "", "", "", *(total[kind] for kind in OUTCOMES), total["needless"]))
-    return table(head, rows)
+        rows.append((machine["name"], *_size(machine), *_kinds(own), own["needless"]))
+    total = sum(found.values(), Counter())
+    return table(head, [*rows, ("**all**", "", "", "", *_kinds(total), total["needless"])])
 
 
 def methods_table(results: Results) -> str:
@@ -48,7 +54,7 @@ def methods_table(results: Results) -> str:
 
 def sensors_table(results: Results) -> str:
     found = counts(results.outcomes, lambda one: one.sensors)
-    return table(("sensors", *OUTCOMES), ((name, *(own[k] for k in OUTCOMES)) for name, own in sorted(found.items())))
+    return table(("sensors", *OUTCOMES), ((name, *_kinds(own)) for name, own in sorted(found.items())))
 
 
 def causes_text(results: Results) -> str:
@@ -107,50 +113,9 @@ def overview_table(results: Results) -> str:
         own |= {name: found.get(machine["id"], Counter()) for name, found in others.items()}
         for name, found in own.items():
             total[name] += found
-        size = (f"{machine['power_w'] / 1e3:.3g}", f"{machine['voltage']:.0f}", machine["poles"])
-        rows.append((machine["name"], *size, *map(_cell, own.values()), own["points"]["needless"]))
+        rows.append((machine["name"], *_size(machine), *map(_cell, own.values()), own["points"]["needless"]))
     rows.append(("**all**", "", "", "", *map(_cell, total.values()), total["points"]["needless"]))
     return table(("machine", "kW", "V", "poles", *total, "without need"), rows)
-
-
-def _seen(rows: Iterable[dict]) -> str:
-    rows = list(rows)
-    if not rows:
-        return "–"
-    parts = []
-    for kind in faults.KINDS:
-        own = [row for row in rows if row["kind"] == kind]
-        if own:
-            late = max((row["late_ms"] for row in own if row["late_ms"] is not None), default=None)
-            parts.append(f"{kind} {len(own)}" + (f" (≤ {late:.3g} ms)" if late is not None else ""))
-    return ", ".join(parts)
-
-
-def _injected(results: Results) -> list[faults.PlantFault]:
-    names = {row["fault"] for row in results.faults}
-    return [fault for fault in faults.FAULTS if fault.name in names]
-
-
-def faults_table(results: Results) -> str:
-    names = [fault.name for fault in _injected(results)]
-    rows = []
-    for method in METHODS:
-        own = [row for row in results.faults if row["method"] == method]
-        if own:
-            rows.append((f"`{method}`", *(_seen(row for row in own if row["fault"] == name) for name in names)))
-    return table(("method", *names), rows, left=range(len(names) + 1))
-
-
-def names_table(results: Results) -> str:
-    """By which name the drive trips, of all methods together."""
-    rows = []
-    for fault in _injected(results):
-        own = [row for row in results.faults if row["fault"] == fault.name]
-        seen = Counter(row["seen"] for row in own if row["kind"] in (faults.NAMED, faults.OTHERWISE))
-        missed = sum(row["kind"] == faults.MISSED for row in own)
-        named = ", ".join(f"{name} {count}" for name, count in seen.most_common()) or "–"
-        rows.append((fault.name, ", ".join(fault.names), len(own), missed, named))
-    return table(("fault", "right name", "runs", "missed", "tripped as"), rows, left=(0, 1, 4))
 
 
 def scenario_table(results: Results, name: str) -> str:
@@ -159,9 +124,9 @@ def scenario_table(results: Results, name: str) -> str:
     rows: list[tuple] = []
     for machine in results.machines:
         own = found.get(machine["id"], Counter())
-        rows.append((machine["name"], own.total(), *(own[kind] for kind in OUTCOMES)))
+        rows.append((machine["name"], own.total(), *_kinds(own)))
     total = sum(found.values(), Counter())
-    rows.append(("**all**", total.total(), *(total[kind] for kind in OUTCOMES)))
+    rows.append(("**all**", total.total(), *_kinds(total)))
     return table(("machine", name, *OUTCOMES), rows)
 
 
@@ -190,7 +155,7 @@ def text(results: Results) -> str:
             f"{len(results.not_right)} of {len(results.outcomes)} points are not right: {causes_text(results)}"
         )
     if results.faults:
-        parts += [names_table(results), faults_table(results)]
+        parts.append(injections_table(results.faults, ("fault", "method")))
     for name in dict.fromkeys(row["scenario"] for row in results.scenarios):
         parts.append(scenario_table(results, name))
     if results.scenarios:
@@ -198,17 +163,11 @@ def text(results: Results) -> str:
     return "\n\n".join(parts)
 
 
-def render(results: Results) -> str:
-    return filled(TEMPLATE, fields(results))
-
-
 def write(results: Results, directory: Path) -> list[Path]:
     """Picture and page; the files that are written."""
-    from .figure import draw
-
     picture = directory / "images" / "machine_library.png"
     picture.parent.mkdir(parents=True, exist_ok=True)
     draw(results, picture)
     page = directory / "machine_library.md"
-    page.write_text(render(results), encoding="utf-8")
+    page.write_text(filled(TEMPLATE, fields(results)), encoding="utf-8")
     return [picture, page]

@@ -6,6 +6,8 @@ import numpy as np
 from sextant_py.errors import UserError
 from sextant_py.sweep_file import toml_value
 
+from studies.command import made
+
 from .points import Machine
 from .random_machines import Machine as RandomMachine
 from .random_machines import random_machine, random_powers_kw
@@ -16,16 +18,12 @@ LARGEST_AT_48_V_KW = 20.0
 
 def drawn(count: int, seed: int, directory: Path) -> list[Machine]:
     """That many, each with its file in the directory, from 0.25 to 200 kW and at 48 to 690 V."""
-    try:
-        directory.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise UserError(f"{directory} cannot be made: {error.strerror}.") from None
-    made = np.random.default_rng(seed)
+    made_in, dice = made(directory), np.random.default_rng(seed)
     found = []
-    for number, power_kw in enumerate(random_powers_kw(made, count)):
-        volts = float(made.choice(VOLTS if power_kw <= LARGEST_AT_48_V_KW else VOLTS[1:]))
-        file = directory / f"random_{seed}_{number}.toml"
-        found.append(entry(random_machine(made, float(power_kw), volts), volts, file))
+    for number, power_kw in enumerate(random_powers_kw(dice, count)):
+        volts = float(dice.choice(VOLTS if power_kw <= LARGEST_AT_48_V_KW else VOLTS[1:]))
+        file = made_in / f"random_{seed}_{number}.toml"
+        found.append(entry(random_machine(dice, float(power_kw), volts), volts, file))
     return found
 
 

@@ -1,15 +1,10 @@
 """What the records of the study over the library of machines mean."""
 
-import json
-import math
 from collections import Counter
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
-from pathlib import Path
 
-from sextant_py.errors import UserError
-
-from studies import json_file
+from studies.published import mean_and_due, published
 from studies.torque_map.capability import largest_torque, limits_of
 from studies.torque_map.drive import CURRENT_LIMIT
 
@@ -41,20 +36,11 @@ class Outcome:
         return self.kind in (RIGHT, DERATED, REFUSED)
 
 
-def published(record: dict, point: Point) -> float:
-    """Available torque in the direction of the command. [N·m]"""
-    motoring = point.torque * point.speed >= 0
-    value = record["torque_motoring_nm"] if motoring else record["torque_regenerating_nm"]
-    return value or 0.0
-
-
 def is_right(record: dict, point: Point, machine: Machine) -> tuple[bool, str]:
     """Whether the mean torque is that of the command, within what the drive publishes; and both."""
-    command = record["command_nm"]
     if record["torque_motoring_nm"] is None:
         return False, "the gates are off: no torque, no fault"
-    due = math.copysign(min(abs(command), published(record, point)), command)
-    mean = command + record["torque_bias_nm"]
+    mean, due = mean_and_due(record, point.speed, record["command_nm"])
     return abs(mean - due) <= TOLERANCE * machine.rated_torque, f"{mean:.4g} N·m for {due:.4g} N·m"
 
 
@@ -80,7 +66,8 @@ def outcome(record: dict, point: Point, machine: Machine, configuration: dict | 
     if not right:
         found.why = said
         return found
-    command, available = record["command_nm"], published(record, point)
+    command = record["command_nm"]
+    available = published(record, point.speed, command) or 0.0
     found.kind = RIGHT
     if abs(command) > available + TOLERANCE * machine.rated_torque:
         found.kind, found.why = DERATED, f"{available:.4g} N·m of {abs(command):.4g} N·m"
@@ -119,16 +106,3 @@ def counts(outcomes: Iterable[Outcome], of: Callable[[Outcome], object]) -> dict
 def causes(outcomes: Iterable[Outcome]) -> Counter:
     """Of the points that are not right: the fault, or the kind."""
     return Counter(one.why.split(" at ")[0] if one.kind == TRIPPED else one.kind for one in outcomes)
-
-
-def save(results: Results, file: Path) -> None:
-    json_file.write(file, vars(results) | {"outcomes": [vars(one) for one in results.outcomes]})
-
-
-def load(file: Path) -> Results:
-    try:
-        tree = json.loads(file.read_text(encoding="utf-8"))
-        tree["outcomes"] = [Outcome(**one) for one in tree["outcomes"]]
-        return Results(**tree)
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise UserError(f"{file} holds no results of scripts/machine_library: {error}.") from None

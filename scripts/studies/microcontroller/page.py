@@ -100,9 +100,7 @@ def table(figures: dict) -> str:
 
 def rendered(text: str, figures: dict) -> str:
     """The page with its tables made anew."""
-    for name, make in TABLES.items():
-        text = page.put(text, name, make(figures))
-    return text
+    return page.put(text, {name: make(figures) for name, make in TABLES.items()})
 
 
 def save(figures: dict) -> None:

@@ -1,11 +1,10 @@
 """docs/paper/README.md, made of its template and of the committed numbers alone."""
 
-import math
-import re
 from collections.abc import Callable
 from pathlib import Path
 
-from studies.page import table
+from studies.page import filled, table
+from studies.page import number as text
 
 from .cycle import FIGURES
 from .defaults import PREFIX
@@ -14,18 +13,6 @@ from .vehicle import KINDS
 
 RESPONSE_STEPS = (2, 15, 30, 65, 130)
 TEMPLATE = Path(__file__).with_name("page.md")
-_NUMBER = re.compile(r"\{([\w/.]+):([^{}]+)\}")
-_TABLE = re.compile(r"^<!-- table (\w+) -->$", re.MULTILINE)
-_PART = re.compile(r"^<!-- if ([\w/.]+) -->\n(.*?)^<!-- end -->\n", re.MULTILINE | re.DOTALL)
-
-
-def text(value: float, form: str) -> str:
-    """`k1` is thousands with one decimal; everything else is Python's. A true minus, a dash for no number."""
-    if not math.isfinite(value):
-        return "–"
-    if form.startswith("k"):
-        value, form = value / 1e3, f".{form[1:]}f"
-    return f"{value:{form}}".replace("-", "−")
 
 
 def response_table(n: Numbers) -> str:
@@ -121,9 +108,6 @@ TABLES: dict[str, Callable[[Numbers], str]] = {
 }
 
 
-def render(numbers: Numbers, template: str | None = None) -> str:
-    """The page. A number that it names and that is not there is an error: KeyError."""
-    page = TEMPLATE.read_text(encoding="utf-8") if template is None else template
-    page = _PART.sub(lambda part: part[2] if numbers.under(part[1]) else "", page)
-    page = _TABLE.sub(lambda name: TABLES[name[1]](numbers), page)
-    return _NUMBER.sub(lambda number: text(numbers[number[1]], number[2]), page)
+def render(numbers: Numbers) -> str:
+    values = {name: number.value for name, number in numbers.entries.items()}
+    return filled(TEMPLATE, values | {name: made(numbers) for name, made in TABLES.items()})

@@ -10,21 +10,11 @@ from sextant_py.sweep_file import Settings
 from studies import honest_drive
 from studies.page import filled, table
 
-from . import (
-    figures,
-)
-from . import (
-    file as torque_map_file,
-)
-from . import (
-    kinds as torque_map_kinds,
-)
-from . import (
-    measure as torque_map_measure,
-)
-from . import (
-    page as torque_map_page,
-)
+from . import figures
+from . import file as torque_map_file
+from . import kinds as torque_map_kinds
+from . import measure as torque_map_measure
+from . import page as torque_map_page
 from .drive import Drive
 from .kinds import WEAKENING_RAD_S, Kind
 from .points import FROM_S, STEP_S, Conditions

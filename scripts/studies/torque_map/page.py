@@ -137,10 +137,6 @@ def fields(maps: Maps) -> dict[str, str]:
     }
 
 
-def render(maps: Maps) -> str:
-    return filled(TEMPLATE, fields(maps))
-
-
 def write(maps: Maps, directory: Path) -> list[Path]:
     """Pictures and page; the files that are written."""
     written = []
@@ -148,5 +144,5 @@ def write(maps: Maps, directory: Path) -> list[Path]:
         draw(maps, directory / f"{name}.png")
         written.append(directory / f"{name}.png")
     page = directory / "README.md"
-    page.write_text(render(maps), encoding="utf-8")
+    page.write_text(filled(TEMPLATE, fields(maps)), encoding="utf-8")
     return [*written, page]

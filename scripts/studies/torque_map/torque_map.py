@@ -13,28 +13,19 @@ from sextant_py.errors import UserError, run
 from sextant_py.paths import OUT, ROOT
 from sextant_py.program_arguments import add_runs, parser_of
 
-from . import (
-    counts as torque_map_counts,
-)
-from . import (
-    drive as torque_map_drive,
-)
-from . import (
-    file as torque_map_file,
-)
-from . import (
-    honest,
-    page,
-    points,
-    steady,
-)
-from . import (
-    measure as torque_map_measure,
-)
+from studies import json_file
+from studies.command import made
+
+from . import counts as torque_map_counts
+from . import drive as torque_map_drive
+from . import file as torque_map_file
+from . import honest, page, points, steady
+from . import measure as torque_map_measure
 from .points import Conditions
-from .results import FAILED, MEANING, SILENT, Results, load, save
+from .results import FAILED, MEANING, SILENT, Results
 from .run import Lab
 
+PROGRAM = "torque_map"
 PAGE = ROOT / "docs" / "torque_map"
 RESULTS = Path(__file__).parent
 EXAMPLES = """examples:
@@ -56,7 +47,7 @@ are kept in out/torque_map. Exit status: 0 when every point ran and, but for the
 
 def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     parser = parser_of(
-        "torque_map", "Measures the torque that the drive delivers over speed, torque and wrong parameters.", EXAMPLES
+        PROGRAM, "Measures the torque that the drive delivers over speed, torque and wrong parameters.", EXAMPLES
     )
     size = parser.add_mutually_exclusive_group()
     size.add_argument("--quick", action="store_true", help="a handful of points, no page")
@@ -93,9 +84,7 @@ def chosen(
 
 
 def measure(options: argparse.Namespace) -> Results:
-    mil = mil_program.find(options.mil)
-    work = OUT / "torque_map"
-    work.mkdir(parents=True, exist_ok=True)
+    mil, work = mil_program.find(options.mil), made(OUT / PROGRAM)
     if options.file:
         drive, scale = torque_map_file.load(options.file, mil, work)
     else:
@@ -146,28 +135,30 @@ def timed(label: str) -> Iterator[None]:
 
 def of_the_honest_plant(options: argparse.Namespace) -> int:
     """Map and page of the drive on a plant with the errors of a real one."""
-    work = OUT / "torque_map"
-    work.mkdir(parents=True, exist_ok=True)
     status = 0
     if not options.page:
         with timed("honest plant"):
-            found = honest.measure(mil_program.find(options.mil), work, options.jobs, options.restart)
+            found = honest.measure(mil_program.find(options.mil), made(OUT / PROGRAM), options.jobs, options.restart)
         for results in found:
-            save(results, options.results / f"{results.drive}.json")
+            json_file.write(options.results / f"{results.drive}.json", results)
             status |= report(results)
-    maps = {name: load(options.results / f"{name}.json") for name in honest.NAMES}
+    maps = {name: results_in(options.results, name) for name in honest.NAMES}
     for file in honest.write(maps, options.out):
         print(file)
     return status
 
 
-def results_in(directory: Path) -> dict[str, Results]:
+def results_in(directory: Path, name: str) -> Results:
+    return json_file.read(directory / f"{name}.json", Results, PROGRAM)
+
+
+def results_of_drives(directory: Path) -> dict[str, Results]:
     """Those of every drive that was measured; the page needs those it compares."""
     found = {}
     for name in torque_map_drive.DRIVES:
         file = directory / f"{name}.json"
         if file.is_file():
-            found[name] = load(file)
+            found[name] = results_in(directory, name)
         elif name in ("paper", torque_map_drive.GUARANTEED):
             raise UserError(f"{file} is missing; scripts/torque_map --drive {name} measures it.")
     return found
@@ -175,10 +166,7 @@ def results_in(directory: Path) -> dict[str, Results]:
 
 def main(arguments: list[str]) -> int:
     options = parse_arguments(arguments)
-    try:
-        options.out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise UserError(f"--out: {options.out} cannot be made: {error.strerror}.") from None
+    made(options.out)
     if options.honest:
         return of_the_honest_plant(options)
     status = 0
@@ -189,11 +177,11 @@ def main(arguments: list[str]) -> int:
             "" if options.is_of_page or not (options.quick or options.full) else "_quick" if options.quick else "_full"
         )
         file = options.results / f"{results.drive}{suffix}.json"
-        save(results, file)
+        json_file.write(file, results)
         status = report(results)
         print(file)
     if options.page or (options.is_of_page and options.drive != "paper"):
-        maps = results_in(options.results)
+        maps = results_of_drives(options.results)
         written = page.write(maps, options.out)
         if options.out.resolve() == PAGE:
             written.append(torque_map_counts.write(maps[torque_map_drive.GUARANTEED]))
@@ -203,4 +191,4 @@ def main(arguments: list[str]) -> int:
 
 
 if __name__ == "__main__":
-    run("torque_map", main)
+    run(PROGRAM, main)

@@ -1,0 +1,27 @@
+"""What the commands of the studies have in common."""
+
+from pathlib import Path
+
+from sextant_py.errors import UserError
+
+
+def words(text: str) -> list[str]:
+    """Of an option A,B."""
+    return [word for word in text.split(",") if word]
+
+
+def chosen(option: str, wanted: list[str] | None, known: list[str]) -> list[str]:
+    """The names that are wanted, or all. UserError: one of them is not known."""
+    for name in wanted or []:
+        if name not in known:
+            raise UserError(f'{option}: there is no "{name}"; they are {", ".join(known)}.')
+    return wanted or known
+
+
+def made(directory: Path) -> Path:
+    """The directory, made where it is missing."""
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UserError(f"{directory} cannot be made: {error.strerror}.") from None
+    return directory
