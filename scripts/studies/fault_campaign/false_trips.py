@@ -3,7 +3,7 @@
 import random
 import tempfile
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -13,7 +13,6 @@ from sextant_py.paths import ROOT
 from sextant_py.short_run import run_of
 from sextant_py.sweep_file import Settings
 
-from studies.parallel import as_finished
 from studies.torque_map import drive as torque_map_drive
 
 SENSORS: Settings = torque_map_drive.SENSORS["real"] | {
@@ -134,10 +133,6 @@ class Lab:
         if ended.summary is None:
             raise UserError(f"{drive.kind}, seed {drive.seed}: {ended.said}.")
         return drive, ended.summary
-
-    def run_all(self, list_of_drives: list[Drive], jobs: int) -> Iterator[tuple[Drive, dict]]:
-        for _, found in as_finished(self.run, list_of_drives, jobs):
-            yield found
 
 
 def add(hours: dict[str, Hours], drive: Drive, summary: dict) -> None:

@@ -16,7 +16,7 @@ from sextant_py.program_arguments import add_runs, parser_of
 from studies import json_file
 from studies.command import made
 from studies.page import put_into
-from studies.parallel import in_order
+from studies.parallel import as_finished, in_order
 from studies.plant_faults import injections_table
 
 from . import false_trips, honest, library
@@ -111,7 +111,7 @@ def drive(options: argparse.Namespace) -> list[false_trips.Hours]:
     with tempfile.TemporaryDirectory(prefix="sextant-trips-") as name:
         lab = false_trips.Lab(options.mil, Path(name))
         plan = false_trips.drives(options.hours)
-        for done, (one, summary) in enumerate(lab.run_all(plan, options.jobs), start=1):
+        for done, (_, (one, summary)) in enumerate(as_finished(lab.run, plan, options.jobs), start=1):
             false_trips.add(hours, one, summary)
             if summary["faults"] or done % 50 == 0 or done == len(plan):
                 trips = f": {hours[one.kind].cases[-1]}" if summary["faults"] else ""

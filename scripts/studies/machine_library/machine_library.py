@@ -110,7 +110,7 @@ def measure_scenario(lab: Lab, name: str, options: argparse.Namespace, methods: 
     periods = [int(p) for p in options.periods or scenarios.PERIODS_US]
     cases = scenarios.cases(name, lab.machines, methods, periods)
     if options.quick:
-        cases = scenarios.quick_cases(cases)
+        cases = scenarios.spread(cases, scenarios.QUICK_CASES)
     return scenarios.measure(lab, cases, options.jobs, progress_of(len(cases), name, PROGRAM))
 
 

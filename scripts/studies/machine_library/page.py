@@ -62,21 +62,17 @@ def causes_text(results: Results) -> str:
     return ", ".join(f"{name} {count}" for name, count in found.most_common()) or "none"
 
 
-def _spread(bad: list) -> list:
-    """Some of these, spread over all of them."""
-    return [bad[n * len(bad) // min(SHOWN, len(bad))] for n in range(min(SHOWN, len(bad)))]
-
-
 def examples_table(results: Results) -> str:
     """Some of what is not right, of each scenario."""
     rows = [
         ("points", o.machine, f"`{o.method}`", o.period_us, f"{o.speed:g}, torque {o.torque:g}", f"{o.kind}: {o.why}")
-        for o in _spread(results.not_right)
+        for o in scenarios.spread(results.not_right, SHOWN)
     ]
     for name in scenarios.NAMES:
+        bad = scenarios.not_right(row for row in results.scenarios if row["scenario"] == name)
         rows += [
             (name, r["machine"], f"`{r['method']}`", r["period_us"], r["what"], f"{r['kind']}: {r['why']}")
-            for r in _spread(scenarios.not_right(row for row in results.scenarios if row["scenario"] == name))
+            for r in scenarios.spread(bad, SHOWN)
         ]
     return (
         table(("scenario", "machine", "method", "µs", "speed", "what"), rows, left=(0, 1, 2, 4, 5)) if rows else "None."

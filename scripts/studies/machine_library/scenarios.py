@@ -101,9 +101,9 @@ def cases(name: str, machines: Iterable[str], methods: Iterable[str], periods_us
     return [case for cell in cells for case in of_cell(cell)]
 
 
-def quick_cases(every: list[Case]) -> list[Case]:
-    """A few, evenly from all."""
-    count = min(QUICK_CASES, len(every))
+def spread(every: list, count: int) -> list:
+    """So many at most, evenly from all."""
+    count = min(count, len(every))
     return [every[n * len(every) // count] for n in range(count)]
 
 

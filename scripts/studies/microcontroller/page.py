@@ -1,6 +1,5 @@
 """The figures of the drive on a microcontroller, results.json, and the tables of docs/embedded.md made of it."""
 
-import json
 import re
 from pathlib import Path
 
@@ -33,7 +32,7 @@ KINDS = {"target": "Cortex-M4F", "target_unfused": "Cortex-M4F, unfused", "host_
 
 
 def load() -> dict:
-    return json.loads(FIGURES.read_text(encoding="utf-8"))
+    return json_file.read(FIGURES, dict[str, object], "check_cortex_m --update")
 
 
 def write_figures(figures: dict, file: Path) -> None:

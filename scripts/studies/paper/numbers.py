@@ -53,7 +53,34 @@ class Numbers:
         json_file.write(file, content)
 
     @staticmethod
-    def differences(committed: Numbers, measured: Numbers) -> list[str]:
+    def load(file: Path) -> "Numbers":
+        found = json_file.read(file, dict[str, Number], "paper_report")
+        return Numbers({k: n if n.value is not None else replace(n, value=math.nan) for k, n in found.items()})
+
+
+def _rounded(value: float | None, digits: int) -> float | None:
+    return float(f"{value:.{digits}g}") if value is not None and math.isfinite(value) else None
+
+
+@dataclass(frozen=True)
+class Scope:
+    """Numbers of one run or command, whose names begin alike."""
+
+    numbers: Numbers
+    name: str
+    run: Run | None
+    command: str
+
+    def add(self, key: str, value: float, unit: str, tolerance: float | None, meaning: str) -> float:
+        name = "/".join(part for part in (self.name, key) if part)
+        return self.numbers.add(name, value, unit, tolerance, meaning, self.command)
+
+    def metric(self, key: str, metric: str, unit: str, tolerance: float | None, meaning: str) -> float:
+        """A metric of the run. tolerance: as of Numbers.add."""
+        return self.add(key, self.run[metric], unit, tolerance, meaning)
+
+
+def differences(committed: Numbers, measured: Numbers) -> list[str]:
     """A sentence for every measured number that is not the committed one."""
     found = []
     for name, now in measured.entries.items():
