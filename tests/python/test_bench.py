@@ -499,7 +499,7 @@ def test_a_part_of_a_run_has_a_file_of_its_own() -> None:
 def test_unknown_stages_are_refused(tmp_path: Path) -> None:
     with pytest.raises(UserError, match='--only: there is no "nonsense"; they are control, plant'):
         bench.main(["--out", str(tmp_path / "bench.json"), "--only", "control,nonsense"])
-    with pytest.raises(UserError, match="cannot be read"):
+    with pytest.raises(UserError, match="is missing; scripts/bench writes it"):
         bench.main(["--out", str(tmp_path / "bench.json"), "--report"])
 
 
