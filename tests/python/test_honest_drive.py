@@ -16,9 +16,10 @@ from studies.torque_map import honest as torque_map_honest
 from studies.torque_map import kinds as torque_map_kinds
 from studies.torque_map import points as torque_map_points
 from studies.torque_map import torque_map
-from studies.torque_map.drive import SENSORS, Drive
+from studies.torque_map.drive import Drive
 from studies.torque_map.points import ESTIMATE, Conditions
 from studies.torque_map.results import MapOf, Results
+from studies.torque_map.scale import SENSORS
 
 
 def test_its_sensors_are_those_of_the_torque_map_and_nothing_is_told() -> None:

@@ -24,7 +24,7 @@ from studies.torque_map import points as torque_map_points
 from studies.torque_map import run as torque_map_run
 from studies.torque_map import torque_map
 from studies.torque_map.capability import Limits, largest_torque, limits_of, worst_difference
-from studies.torque_map.points import SPEEDS, TORQUES, Conditions, Point
+from studies.torque_map.points import Conditions, Point
 from studies.torque_map.results import (
     BRIEF,
     DERATED,
@@ -39,6 +39,7 @@ from studies.torque_map.results import (
     map_of,
     outcome,
 )
+from studies.torque_map.scale import SENSORS, SPEEDS, TORQUES, scale_of
 
 COMMITTED = ROOT / "docs" / "torque_map"
 OMEGA = 2 * math.pi * 50
@@ -326,7 +327,8 @@ def test_points_are_kept_and_the_paper_s_drive_is_wrong(tmp_path: Path, monkeypa
     assert len(lines) == results.points + 1
     quick("paper", tmp_path, monkeypatch)
     assert records.read_text().splitlines() == lines, "nothing runs twice"
-    monkeypatch.setattr(torque_map_points, "END_S", 0.9)
+    changed = torque_map_points.settings
+    monkeypatch.setattr(torque_map_run, "settings", lambda *point: changed(*point) | {"duration_s": 0.9})
     quick("paper", tmp_path, monkeypatch)
     assert len(records.read_text().splitlines()) == 2 * results.points + 1, "points with other settings run again"
 
@@ -405,11 +407,11 @@ def test_points_of_another_drive_scale_with_its_speed_and_torque() -> None:
         "machine.poles": 4, "plant.u_dc_v": 530, "control.flux_reference_wb": 1.1, "command.torque_limit_nm": 150,
         "capability.torque_nm": 150, "protection.over_current_a": 250, "drive.magnetise_timeout_ms": 50,
     }  # fmt: skip
-    shipped = torque_map_file.scale_of(configuration)
+    shipped = scale_of(configuration)
     assert shipped.speeds == SPEEDS
     assert shipped.torques == TORQUES and shipped.torque_floor == 2.0
-    assert shipped.sensors == torque_map_drive.SENSORS and shipped.from_s == pytest.approx(0.15)
-    large = torque_map_file.scale_of(
+    assert shipped.sensors == SENSORS and shipped.from_s == pytest.approx(0.15)
+    large = scale_of(
         configuration | {"plant.u_dc_v": 1060, "command.torque_limit_nm": 1500, "capability.torque_nm": 1800}
         | {"protection.over_current_a": 2500, "drive.magnetise_timeout_ms": 1000}
     )  # fmt: skip
@@ -422,13 +424,13 @@ def test_points_of_another_drive_scale_with_its_speed_and_torque() -> None:
 
 def test_a_file_of_its_own_is_mapped(tmp_path: Path) -> None:
     mil = program("sextant-mil")
-    drive, scale = torque_map_file.load(write_drive(tmp_path), mil, tmp_path)
+    drive = torque_map_file.load(write_drive(tmp_path), mil, tmp_path)
     assert drive.label == "my.toml" and drive.left_out == ["can"]
     assert drive.factors["l_m"] == "l_m_h"
     lab = torque_map_run.Lab(mil, drive, tmp_path)
-    point = Point(EXACT, scale.quick_speeds[2], scale.quick_torques[1])
+    point = Point(EXACT, drive.scale.quick_speeds[2], drive.scale.quick_torques[1])
     lab.run([point], 1, lambda: None)
-    assert outcome(lab.records[point.key], point, scale.torque_floor) == RIGHT
+    assert outcome(lab.records[point.key], point, drive.scale.torque_floor) == RIGHT
     # The configured limits hold in the independent computation of a machine given by inductances.
     limits = limits_of(drive.configuration, torque_map_drive.CURRENT_LIMIT)
     assert limits.l_s == pytest.approx(0.00769 + 0.000152)

@@ -20,7 +20,7 @@ from sextant_py.sweep_file import Settings
 from studies import honest_drive, identification, json_file, page
 from studies.command import made, words
 from studies.published import mean_and_due, published
-from studies.torque_map.drive import SENSORS
+from studies.torque_map.scale import SENSORS
 
 EXAMPLES = """examples:
   scripts/inverter_study                                every case, with dtc and foc: some 2700 runs

@@ -14,8 +14,9 @@ from sextant_py.short_run import run_of
 from sextant_py.sweep_file import Settings
 
 from studies.torque_map import drive as torque_map_drive
+from studies.torque_map import scale
 
-SENSORS: Settings = torque_map_drive.SENSORS["real"] | {
+SENSORS: Settings = scale.SENSORS["real"] | {
     "plant.sensors.encoder.lines": 1024,
     "plant.sensors.encoder.speed": "period",
     "plant.sensors.encoder.window_periods": 20,

@@ -17,10 +17,8 @@ from studies.parallel import in_order, progress_of
 from studies.plant_faults import FAULTS, HARMLESS, MISSED, REFUSED, SPEED_CHANGE, PlantFault, leaving_speed, of_a_trip
 from studies.published import mean_and_due, published
 from studies.torque_map import file as torque_map_file
-from studies.torque_map.drive import SENSORS, Drive
-from studies.torque_map.file import Scale
-from studies.torque_map.points import SPEEDS
 from studies.torque_map.run import Lab
+from studies.torque_map.scale import BASE_SPEED, SENSORS, SPEEDS
 
 from . import false_trips
 
@@ -82,16 +80,15 @@ class Campaign:
     """The drive of a file."""
 
     def __init__(self, file: Path, mil: Path, directory: Path) -> None:
-        self.drive: Drive
-        self.scale: Scale
-        self.drive, self.scale = torque_map_file.load(file, mil, directory)
+        self.drive = torque_map_file.load(file, mil, directory)
+        self.scale = self.drive.scale
         self.lab = Lab(mil, self.drive, directory)
         # Errors of the sensors that the drive runs with: the last are the largest.
         has_own = any(key.startswith(SENSOR) and key != SEED for key in self.drive.base)
         self.sensors: dict[str, Settings] = {OWN: {}} if has_own else self.scale.sensors
         self.method = self.drive.configuration["control.controller"]
         # The map's speeds go beyond it, as those of the shipped drive do. [rad/s]
-        self.base_speed = self.scale.speeds[-1] * torque_map_file.BASE_SPEED / SPEEDS[-1]
+        self.base_speed = self.scale.speeds[-1] * BASE_SPEED / SPEEDS[-1]
 
     def place(self, case: Case) -> tuple[float, float]:
         """Speed [rad/s], and torque [N·m]."""

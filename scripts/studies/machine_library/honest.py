@@ -10,7 +10,7 @@ from sextant_py.sweep_file import Settings
 
 from studies import honest_drive, identification
 from studies.parallel import in_order
-from studies.torque_map.file import LINK, OVER_CURRENT
+from studies.torque_map.scale import LINK, OVER_CURRENT
 
 from .points import RANGE_SHARE, Machine, Point
 from .run import Lab

@@ -6,12 +6,13 @@ What a version of sextant-mil may not have stands in OPTIONAL tables: a key that
 import tomllib
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 from sextant_py.paths import ECU
 from sextant_py.short_run import SHORT, known_keys, scenario_text, summary_of
 from sextant_py.sweep_file import Settings
 from sextant_py.sweep_reader import flat
+
+from .scale import SENSORS, SHIPPED, Scale
 
 # What every drive of the map has besides configs/ecu.toml: limits beyond which the map goes on purpose.
 COMMON: Settings = {"plant.integrator": "exact", "protection.over_speed_rad_s": 500}
@@ -36,22 +37,6 @@ DRIVES: dict[str, tuple[str, Settings]] = {
 }
 GUARANTEED = "foc"  # that of docs/torque.md and of the page's single pictures
 
-# Converters as they are: offsets and gains of opposite sign in two phases, 12 bits over the range, noise.
-SENSORS: dict[str, Settings] = {
-    "ideal": {},
-    "real": {
-        "plant.sensors.current.phase_a.offset_a": 0.5,
-        "plant.sensors.current.phase_b.offset_a": -0.5,
-        "plant.sensors.current.phase_a.gain_error": 0.02,
-        "plant.sensors.current.phase_b.gain_error": -0.02,
-        "plant.sensors.current.range_a": 300,
-        "plant.sensors.current.bits": 12,
-        "plant.sensors.current.noise_a": 0.2,
-        "plant.sensors.voltage.range_v": 1000,
-        "plant.sensors.voltage.bits": 12,
-        "plant.sensors.voltage.noise_v": 0.5,
-    },
-}
 DELAY = "drive.actuation_delay_periods"
 DEAD_TIME = "drive.inverter.dead_time_us"
 # Where the configuration in force has the limit of the stator current; None where it has none. [A]
@@ -75,7 +60,7 @@ class Drive:
     version: str = ""
     commit: str = ""
     title: str = ""  # of a drive that is not one of DRIVES
-    scale: Any = None  # range of its points, where it is not that of the shipped drive; torque_map_file.Scale
+    scale: Scale = SHIPPED
 
     @property
     def label(self) -> str:

@@ -29,10 +29,9 @@ def measured(
     failed = [point for point in points if lab.records[point.key]["reason"]]
     for point in failed[:3]:
         print(f"torque_map: {point.key}: {lab.records[point.key]['reason']}", file=sys.stderr)
-    floor = [drive.scale.torque_floor] if drive.scale else []
     return Results(
         drive.name, drive.label, drive.version, drive.commit, speeds, torques,
-        [map_of(one, speeds, torques, lab.records, *floor) for one in sets],
+        [map_of(one, speeds, torques, lab.records, drive.scale.torque_floor) for one in sets],
         left_out=drive.left_out,
     )  # fmt: skip
 

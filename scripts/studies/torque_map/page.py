@@ -7,8 +7,9 @@ from studies.page import filled, table
 from . import figures, kinds
 from .capability import worst_difference
 from .drive import GUARANTEED
-from .points import END_S, FROM_S, L_M, R_R, R_S, SPEEDS, STEP_S, TORQUES
+from .points import L_M, R_R, R_S
 from .results import MEANING, RIGHT, SILENT, UNOBSERVABLE_RAD_S, UNSEEN, MapOf, Results, beyond_r_s, trips
+from .scale import SHIPPED, SPEEDS, TORQUES
 from .steady import cases
 
 Maps = dict[str, Results]
@@ -116,9 +117,9 @@ def fields(maps: Maps) -> dict[str, str]:
     return {
         "files": ", ".join(f"`{name}.json`" for name in maps),
         "versions": "; ".join(f"{r.label}: {r.version}, {r.commit[:10]}" for r in all_maps),
-        "step": f"{STEP_S:g}",
-        "from": f"{FROM_S:g}",
-        "end": f"{END_S:g}",
+        "step": f"{SHIPPED.step_s:g}",
+        "from": f"{SHIPPED.from_s:g}",
+        "end": f"{SHIPPED.end_s:g}",
         "speeds": _numbers(SPEEDS[len(SPEEDS) // 2 :]),
         "torques": _numbers(TORQUES[len(TORQUES) // 2 :]),
         "r_s": _numbers(R_S),

@@ -7,8 +7,9 @@ from dataclasses import dataclass, field
 from studies.published import published
 
 from .points import Conditions, Point
+from .scale import TORQUE_FLOOR
 
-TOLERANCE_NM, TOLERANCE_SHARE = 2.0, 0.05
+TOLERANCE_SHARE = 0.05
 R_S_TOLERANCE_NM = 1.5  # where the stator resistance alone is wrong
 REACTION_MS = 10.0  # longest time of a deviation without derating or trip
 UNOBSERVABLE_RAD_S = 10.0  # speed up to which errors of R_r and L_m may be invisible
@@ -26,7 +27,7 @@ MEANING = {
 }
 
 
-def tolerance(torque: float, least: float = TOLERANCE_NM) -> float:
+def tolerance(torque: float, least: float = TORQUE_FLOOR) -> float:
     return max(least, TOLERANCE_SHARE * abs(torque))
 
 
@@ -35,7 +36,7 @@ def may_be_unseen(point: Point) -> bool:
     return detuned and abs(point.speed) <= UNOBSERVABLE_RAD_S
 
 
-def outcome(record: dict, point: Point, floor: float = TOLERANCE_NM) -> str:
+def outcome(record: dict, point: Point, floor: float = TORQUE_FLOOR) -> str:
     """floor: the smallest deviation that counts [N·m]."""
     if record["reason"]:
         return FAILED
@@ -102,7 +103,7 @@ class Results:
 
 def map_of(
     conditions: Conditions, speeds: list[float], torques: list[float], records: dict[str, dict],
-    floor: float = TOLERANCE_NM,
+    floor: float = TORQUE_FLOOR,
 ) -> MapOf:  # fmt: skip
     one = MapOf(conditions, [], [])
     faults: Counter = Counter()

@@ -24,6 +24,7 @@ from . import measure as torque_map_measure
 from .points import Conditions
 from .results import FAILED, MEANING, SILENT, Results
 from .run import Lab
+from .scale import Scale
 
 PROGRAM = "torque_map"
 PAGE = ROOT / "docs" / "torque_map"
@@ -71,28 +72,21 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     return options
 
 
-def chosen(
-    options: argparse.Namespace, scale: torque_map_file.Scale | None
-) -> tuple[list[Conditions], list[float], list[float]]:
-    of = points
+def chosen(options: argparse.Namespace, scale: Scale) -> tuple[list[Conditions], list[float], list[float]]:
     if options.quick:
-        speeds, torques = (scale.quick_speeds, scale.quick_torques) if scale else (of.QUICK_SPEEDS, of.QUICK_TORQUES)
-        return of.quick_sets(), [*speeds], [*torques]
-    sets = of.full_sets() if options.full else of.default_sets()
-    speeds, torques = (scale.speeds, scale.torques) if scale else (of.SPEEDS, of.TORQUES)
-    return sets, [*speeds], [*torques]
+        return points.quick_sets(), [*scale.quick_speeds], [*scale.quick_torques]
+    return points.full_sets() if options.full else points.default_sets(), [*scale.speeds], [*scale.torques]
 
 
 def measure(options: argparse.Namespace) -> Results:
     mil, work = mil_program.find(options.mil), made(OUT / PROGRAM)
     if options.file:
-        drive, scale = torque_map_file.load(options.file, mil, work)
+        drive, why = torque_map_file.load(options.file, mil, work), "no scenario has it"
     else:
-        drive, scale = torque_map_drive.load(options.drive, mil, work), None
+        drive, why = torque_map_drive.load(options.drive, mil, work), "this sextant-mil does not know it"
     for key in drive.left_out:
-        why = "no scenario has it" if scale else "this sextant-mil does not know it"
         print(f"torque_map: {key} is left out: {why}", file=sys.stderr)
-    sets, speeds, torques = chosen(options, scale)
+    sets, speeds, torques = chosen(options, drive.scale)
     if missing := {one.sensors for one in sets if not drive.has_sensors(one.sensors)}:
         sets = [one for one in sets if one.sensors not in missing]
         print("torque_map: sensors with errors are left out: this sextant-mil does not know them", file=sys.stderr)
@@ -101,7 +95,7 @@ def measure(options: argparse.Namespace) -> Results:
     results = torque_map_measure.measured(lab, sets, speeds, torques, options.jobs, options.restart)
     if not options.quick:
         results.capability = torque_map_measure.capability(lab, speeds)
-        results.steady = [] if scale else steady.measure(lab, options.jobs)
+        results.steady = [] if options.file else steady.measure(lab, options.jobs)
     return results
 
 
