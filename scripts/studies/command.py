@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from sextant_py.errors import UserError
+from sextant_py.sweep_file import Settings, toml_value
 
 
 def words(text: str) -> list[str]:
@@ -25,3 +26,12 @@ def made(directory: Path) -> Path:
     except OSError as error:
         raise UserError(f"{directory} cannot be made: {error.strerror}.") from None
     return directory
+
+
+def write_toml(file: Path, settings: Settings) -> Path:
+    """A file of dotted keys. UserError: it cannot be written."""
+    try:
+        file.write_text("".join(f"{key} = {toml_value(value)}\n" for key, value in settings.items()), encoding="utf-8")
+    except OSError as error:
+        raise UserError(f"{file} cannot be written: {error.strerror}.") from None
+    return file

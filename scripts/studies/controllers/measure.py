@@ -8,8 +8,8 @@ from pathlib import Path
 from sextant_py import printed_configuration
 from sextant_py.errors import UserError
 from sextant_py.short_run import run_of
-from sextant_py.sweep_file import toml_value
 
+from studies.command import write_toml
 from studies.parallel import in_order
 from studies.torque_map.drive import Drive
 
@@ -82,10 +82,8 @@ class Bench:
 
     def __init__(self, mil: Path, drive: Drive, directory: Path, jobs: int) -> None:
         self.mil, self.drive, self.jobs = mil, drive, jobs
-        self.scenario = directory / "controllers.toml"
-        lines = ['name = "controllers"', "duration_s = 1"]
-        lines += [f"{key} = {toml_value(value)}" for key, value in drive.base.items()]
-        self.scenario.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        own = {"name": "controllers", "duration_s": 1}  # and no torque: a cycle brings one
+        self.scenario = write_toml(directory / "controllers.toml", own | drive.base)
 
     def run(self, cases: list[Case], step: Callable[[], None]) -> list[Record]:
         return in_order(self._run, cases, self.jobs, step)

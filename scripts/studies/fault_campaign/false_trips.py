@@ -13,6 +13,7 @@ from sextant_py.paths import ROOT
 from sextant_py.short_run import run_of
 from sextant_py.sweep_file import Settings
 
+from studies.command import write_toml
 from studies.torque_map import drive as torque_map_drive
 from studies.torque_map import scale
 
@@ -116,10 +117,9 @@ class Lab:
     def __init__(self, mil: Path, directory: Path) -> None:
         self.mil = mil
         self.drive = torque_map_drive.load("shipped", mil, directory)
-        text = (directory / "shipped.toml").read_text(encoding="utf-8")
-        # A cycle brings a torque of its own.
-        self.plain = directory / "plain.toml"
-        self.plain.write_text(text.replace("[profile.torque_nm]\nvalue = 0\n", ""), encoding="utf-8")
+        # Without torque: a cycle brings one.
+        own = {"name": "plain", "duration_s": 1}
+        self.plain = write_toml(directory / "plain.toml", own | self.drive.base)
 
     def run(self, drive: Drive) -> tuple[Drive, dict]:
         with tempfile.TemporaryDirectory(prefix="sextant-trips-") as name:

@@ -11,7 +11,7 @@ from types import ModuleType
 from sextant_py import mil_program
 from sextant_py.errors import UserError, run
 from sextant_py.paths import OUT, ROOT
-from sextant_py.program_arguments import add_runs, parser_of
+from sextant_py.program_arguments import add_runs, from_one, parser_of
 
 from studies import json_file
 from studies.command import made
@@ -49,13 +49,11 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument("--honest", action="store_true", help="on a plant with the errors of a real one, identified")
     parser.add_argument("--quick", action="store_true", help="a few seeds and minutes, no page")
     parser.add_argument(
-        "--seeds", type=int, metavar="N", help="of each injection (default: 100; --library, --honest: 1)"
+        "--seeds", type=from_one, metavar="N", help="of each injection (default: 100; --library, --honest: 1)"
     )
     parser.add_argument("--hours", type=float, metavar="H", help="simulated hours of each driving (default: 1)")
     add_runs(parser)
     options = parser.parse_args(arguments)
-    if options.seeds is not None and options.seeds < 1:
-        parser.error(f"--seeds: expected a number from 1, got {options.seeds}")
     if options.hours is not None and options.hours < 0:
         parser.error(f"--hours: expected a number from 0, got {options.hours:g}")
     if options.methods and not options.file:

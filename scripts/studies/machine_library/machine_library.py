@@ -8,7 +8,7 @@ from sextant_py import mil_program
 from sextant_py.control_methods import METHODS
 from sextant_py.errors import run
 from sextant_py.paths import OUT, ROOT
-from sextant_py.program_arguments import add_runs, parser_of
+from sextant_py.program_arguments import add_runs, from_one, parser_of
 
 from studies import json_file
 from studies.command import chosen, made, words
@@ -46,23 +46,25 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     )
     parser.add_argument("--quick", action="store_true", help="a few points of each machine, printed; no page")
     parser.add_argument("--machines", type=words, metavar="A,B", help="these alone, printed; no page (default: all)")
-    parser.add_argument("--random", type=int, metavar="N", help="so many machines made at random, by the seed; no page")
+    parser.add_argument(
+        "--random", type=from_one, metavar="N", help="so many machines made at random, by the seed; no page"
+    )
     parser.add_argument(
         "--honest", action="store_true", help="on a plant with the errors of a real one, identified, printed; no page"
     )
     parser.add_argument("--methods", type=words, metavar="A,B", help="these alone, printed; no page (default: all)")
     parser.add_argument("--periods", type=words, metavar="US,US", help="these alone, printed; no page (default: all)")
-    parser.add_argument("--points", type=int, metavar="N", help=f"of each cell (default: {POINTS_A_CELL}); no page")
+    parser.add_argument(
+        "--points", type=from_one, metavar="N", help=f"of each cell (default: {POINTS_A_CELL}); no page"
+    )
     parser.add_argument("--seed", type=int, default=1, metavar="N", help="of points and random machines (default: 1)")
     parser.add_argument("--parts", type=words, metavar="A,B", help=f"of {', '.join(PARTS)}: these alone; no page")
     parser.add_argument("--from", dest="source", type=Path, metavar="FILE", help="no runs: the page from these results")
     parser.add_argument("--out", type=Path, metavar="DIR", help="results, picture and page (default: docs)")
     add_runs(parser)
     options = parser.parse_args(arguments)
-    if options.points is not None and options.points < 1:
-        parser.error(f"--points: expected a number from 1, got {options.points}")
-    if options.random is not None and (options.random < 1 or options.machines):
-        parser.error("--random: expected a number from 1, and no --machines beside it")
+    if options.random and options.machines:
+        parser.error("--random: the machines are made at random; leave --machines out")
     if options.honest and (options.parts or options.random):
         parser.error("--honest: has the points of the published machines alone, no --parts and no --random")
     options.is_of_page = not any(getattr(options, name) for name in (*FLAGS, *LISTS, *NUMBERS))

@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from studies.published import mean_and_due, published
 from studies.torque_map.capability import largest_torque, limits_of
@@ -52,16 +52,21 @@ def allowed(configuration: dict, command: float, point: Point, machine: Machine)
     return min(most, abs(command))
 
 
+def ended(record: dict) -> dict[str, str]:
+    """Kind and reason of a run that was refused or tripped; empty for any other."""
+    if record["refusal"]:
+        return {"kind": REFUSED, "why": record["refusal"]}
+    if record["faults"]:
+        fault, at_s = record["faults"][0]
+        return {"kind": TRIPPED, "why": f"{fault} at {at_s:.3f} s"}
+    return {}
+
+
 def outcome(record: dict, point: Point, machine: Machine, configuration: dict | str) -> Outcome:
     cell = point.cell
     found = Outcome(cell.machine, cell.period_us, cell.method, cell.sensors, point.speed, point.torque, WRONG)
-    if record["refusal"]:
-        found.kind, found.why = REFUSED, record["refusal"]
-        return found
-    if record["faults"]:
-        fault, at_s = record["faults"][0]
-        found.kind, found.why = TRIPPED, f"{fault} at {at_s:.3f} s"
-        return found
+    if end := ended(record):
+        return replace(found, **end)
     right, said = is_right(record, point, machine)
     if not right:
         found.why = said

@@ -8,7 +8,7 @@ from itertools import cycle
 from sextant_py.sweep_file import Settings
 
 from .points import STEP_S, Cell, Machine, Point, command_of
-from .results import DERATED, REFUSED, RIGHT, TRIPPED, WRONG
+from .results import DERATED, RIGHT, TRIPPED, WRONG, ended
 from .run import Lab
 
 REVERSALS, STARTS, SAGS = "reversals", "starts", "sags"
@@ -114,11 +114,8 @@ def judge(record: dict, case: Case) -> dict:
         "scenario": case.scenario, "machine": cell.machine, "method": cell.method, "period_us": cell.period_us,
         "what": case.title, "kind": RIGHT, "why": "", "silent_ms": None,
     }  # fmt: skip
-    if record["refusal"]:
-        return found | {"kind": REFUSED, "why": record["refusal"]}
-    if record["faults"]:
-        fault, at_s = record["faults"][0]
-        return found | {"kind": TRIPPED, "why": f"{fault} at {at_s:.3f} s"}
+    if end := ended(record):
+        return found | end
     found["silent_ms"] = silent = record["torque_silent_ms"]
     if record["verdict"] == "no_torque" or silent is None:
         return found | {"kind": WRONG, "why": "no torque, no fault"}

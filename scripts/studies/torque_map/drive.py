@@ -73,9 +73,16 @@ class Drive:
     def has_sensors(self, kind: str) -> bool:
         return set(SENSORS[kind]) <= self.known
 
-    def scenario(self) -> str:
-        """The file that every point's settings are added to."""
-        return scenario_text(self.base, "torque_map")
+    def write(self, directory: Path) -> Path:
+        """The scenario that every point's settings are added to."""
+        scenario = directory / f"{self.name}.toml"
+        scenario.write_text(scenario_text(self.base, "torque_map"), encoding="utf-8")
+        return scenario
+
+    def put_in_force(self, mil: Path, directory: Path) -> None:
+        """Writes its scenario, and takes what this sextant-mil makes of it."""
+        found = summary_of(mil, self.write(directory), SHORT)
+        self.configuration, self.version, self.commit = found["configuration"], found["version"], found["commit"]
 
 
 def _shipped() -> tuple[dict, dict]:
@@ -93,14 +100,11 @@ def load(name: str, mil: Path, directory: Path) -> Drive:
     ecu, machine = _shipped()
     shipped = flat(ecu)
     given = {f"machine.{key}": value for key, value in machine.items()}
-    scenario = directory / f"{name}.toml"
     drive = Drive(name, given, machine, known_keys(mil, directory, given))
     optional = COMMON | DRIVES[name][1]
     # The file of a live drive has sections, such as those of its buses, that no scenario has.
     drive.base |= {key: value for key, value in shipped.items() if key in drive.known}
     drive.base |= {key: value for key, value in optional.items() if key in drive.known}
     drive.left_out = [key for key in optional if key not in drive.known]
-    scenario.write_text(drive.scenario(), encoding="utf-8")
-    found = summary_of(mil, scenario, SHORT)
-    drive.configuration, drive.version, drive.commit = found["configuration"], found["version"], found["commit"]
+    drive.put_in_force(mil, directory)
     return drive

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from sextant_py.drive_file import machine_of, of_the_drive, read
-from sextant_py.short_run import SHORT, known_keys, summary_of
+from sextant_py.short_run import known_keys
 
 from .drive import COMMON, Drive
 from .scale import rounded, scale_of
@@ -23,12 +23,9 @@ def load(file: Path, mil: Path, directory: Path) -> Drive:
     drive.base |= {key: value for key, value in COMMON.items() if key in known and not key.startswith("protection.")}
     if any(drive.base.get(f"plant.{key}") for key in NOT_EXACT):
         drive.base["plant.integrator"] = "fixed"  # the exact transition is that of linear magnetics without loss
-    scenario = directory / f"{drive.name}.toml"
-    scenario.write_text(drive.scenario(), encoding="utf-8")
-    drive.scale = scale_of(summary_of(mil, scenario, SHORT)["configuration"])
+    drive.put_in_force(mil, directory)
+    drive.scale = scale_of(drive.configuration)
     # Limits beyond which the map goes on purpose.
     drive.base["protection.over_speed_rad_s"] = rounded(1.25 * drive.scale.speeds[-1])
-    scenario.write_text(drive.scenario(), encoding="utf-8")
-    shown = summary_of(mil, scenario, SHORT)
-    drive.configuration, drive.version, drive.commit = shown["configuration"], shown["version"], shown["commit"]
+    drive.put_in_force(mil, directory)
     return drive

@@ -63,7 +63,7 @@ def drive_of(variant: Variant, mil: Path, directory: Path) -> Drive:
     loaded = torque_map_file.load(file, mil, directory)
     base = loaded.base | {"control.controller": variant.method} | variant.more
     drive = replace(loaded, name=variant.name, title=variant.label, base=base)
-    (directory / f"{drive.name}.toml").write_text(drive.scenario(), encoding="utf-8")
+    drive.write(directory)
     return drive
 
 
