@@ -77,8 +77,7 @@ def main(arguments: list[str]) -> int:
     if is_of_page:
         if not options.page:
             json_file.write(RESULTS, results)
-        for written in page.write(results, DOCS):
-            print(written)
+        print(*page.write(results, DOCS), sep="\n")
     else:
         print(page.text(results))
     failed = [record for record in results.records if record.reason]

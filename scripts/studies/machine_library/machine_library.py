@@ -166,8 +166,7 @@ def main(arguments: list[str]) -> int:
         json_file.write(file, results)
         print(file)
     if options.source or options.is_of_page:
-        for file in page.write(results, directory):
-            print(file)
+        print(*page.write(results, directory), sep="\n")
     return 1 if results.not_right or scenarios.not_right(results.scenarios) else 0
 
 

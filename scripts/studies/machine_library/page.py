@@ -2,6 +2,7 @@
 
 import re
 from collections import Counter
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from sextant_py.control_methods import METHODS
@@ -12,49 +13,68 @@ from studies.plant_faults import injections_table
 from . import scenarios
 from .figure import draw
 from .points import PERIODS_US
-from .results import DERATED, OUTCOMES, REFUSED, RIGHT, TRIPPED, WRONG, Results, causes, counts
+from .results import OUTCOMES, REFUSED, TRIPPED, Results, causes, grouped
 
 TEMPLATE = Path(__file__).with_name("page.md")
 SHOWN = 20  # points that are listed
+POINTS, NEEDLESS = "points", "without need"
 
 
-def _size(machine: dict) -> tuple:
-    return f"{machine['power_w'] / 1e3:.3g}", f"{machine['voltage']:.0f}", machine["poles"]
+def kinds_by_machine(results: Results) -> dict[str, Counter]:
+    """How many points and runs ended how: of each machine by scenario and kind; and the points derated without need."""
+    found = {machine["id"]: Counter() for machine in results.machines}
+    for one in results.outcomes:
+        found[one.machine].update({(POINTS, one.kind): 1, (POINTS, NEEDLESS): int(one.is_needless)})
+    for row in results.scenarios:
+        found[row["machine"]][row["scenario"], row["kind"]] += 1
+    return found
 
 
-def _kinds(found: Counter) -> tuple[int, ...]:
-    return tuple(found[kind] for kind in OUTCOMES)
+def by_machine(results: Results, head: Iterable[str], cells: Callable[[Counter], Iterable[object]]) -> str:
+    """A row of each machine, and one of all; cells: of what kinds_by_machine has of a row."""
+    found, rows = kinds_by_machine(results), []
+    for m in results.machines:
+        size = (f"{m['power_w'] / 1e3:.3g}", f"{m['voltage']:.0f}", m["poles"])
+        rows.append((m["name"], *size, *cells(found[m["id"]])))
+    rows.append(("**all**", "", "", "", *cells(sum(found.values(), Counter()))))
+    return table(("machine", "kW", "V", "poles", *head), rows)
 
 
-def machines_table(results: Results) -> str:
-    head = ("machine", "kW", "V", "poles", *OUTCOMES, "derated without need")
-    found = counts(results.outcomes, lambda one: one.machine)
-    rows = []
-    for machine in results.machines:
-        own = found.get(machine["id"], Counter())
-        rows.append((machine["name"], *_size(machine), *_kinds(own), own["needless"]))
-    total = sum(found.values(), Counter())
-    return table(head, [*rows, ("**all**", "", "", "", *_kinds(total), total["needless"])])
+def scenario_table(results: Results, name: str) -> str:
+    """Of a scenario, or of the points."""
+    kinds = (*OUTCOMES, NEEDLESS) if name == POINTS else OUTCOMES
+    return by_machine(results, kinds, lambda found: (found[name, kind] for kind in kinds))
+
+
+def overview_table(results: Results) -> str:
+    """Every scenario."""
+    names = (POINTS, *scenarios.NAMES)
+
+    def cells(found: Counter) -> Iterable[object]:
+        for name in names:
+            right, derated, refused, tripped, wrong = (found[name, kind] for kind in OUTCOMES)
+            yield f"{right}/{derated}/{refused}/{tripped + wrong}"
+        yield found[POINTS, NEEDLESS]
+
+    return by_machine(results, (*names, NEEDLESS), cells)
 
 
 def methods_table(results: Results) -> str:
     """Points that are not right, of all, by method and period."""
-    found = counts(results.outcomes, lambda one: (one.method, one.period_us))
-    rows = []
-    for method in METHODS:
-        cells = []
-        for period in PERIODS_US:
-            own = found.get((method, period), Counter())
-            points = sum(own[kind] for kind in OUTCOMES)
-            wrong = points - own[RIGHT] - own["derated"] - own[REFUSED]
-            cells.append(f"{wrong} of {points}" if points else "–")
-        rows.append((f"`{method}`", *cells))
+    found = grouped(results.outcomes, lambda one: (one.method, one.period_us))
+
+    def cell(method: str, period: int) -> str:
+        own = found.get((method, period), [])
+        return f"{sum(not one.is_right for one in own)} of {len(own)}" if own else "–"
+
+    rows = ((f"`{method}`", *(cell(method, period) for period in PERIODS_US)) for method in METHODS)
     return table(("not right", *(f"{period} µs" for period in PERIODS_US)), rows)
 
 
 def sensors_table(results: Results) -> str:
-    found = counts(results.outcomes, lambda one: one.sensors)
-    return table(("sensors", *OUTCOMES), ((name, *_kinds(own)) for name, own in sorted(found.items())))
+    found = grouped(results.outcomes, lambda one: one.sensors)
+    kinds = {name: Counter(one.kind for one in own) for name, own in sorted(found.items())}
+    return table(("sensors", *OUTCOMES), ((name, *(own[kind] for kind in OUTCOMES)) for name, own in kinds.items()))
 
 
 def causes_text(results: Results) -> str:
@@ -65,7 +85,7 @@ def causes_text(results: Results) -> str:
 def examples_table(results: Results) -> str:
     """Some of what is not right, of each scenario."""
     rows = [
-        ("points", o.machine, f"`{o.method}`", o.period_us, f"{o.speed:g}, torque {o.torque:g}", f"{o.kind}: {o.why}")
+        (POINTS, o.machine, f"`{o.method}`", o.period_us, f"{o.speed:g}, torque {o.torque:g}", f"{o.kind}: {o.why}")
         for o in scenarios.spread(results.not_right, SHOWN)
     ]
     for name in scenarios.NAMES:
@@ -90,42 +110,6 @@ def refusals_text(results: Results) -> str:
     return "\n".join(f"- {len(group)}: {group[0]}" for group in groups) or "None."
 
 
-def _cell(found: Counter) -> str:
-    return "/".join(
-        str(count) for count in (found[RIGHT], found[DERATED], found[REFUSED], found[TRIPPED] + found[WRONG])
-    )
-
-
-def overview_table(results: Results) -> str:
-    """Every scenario, by machine."""
-    points = counts(results.outcomes, lambda one: one.machine)
-    others = {
-        name: scenarios.counts(row for row in results.scenarios if row["scenario"] == name) for name in scenarios.NAMES
-    }
-    rows: list[tuple] = []
-    total = {name: Counter() for name in ("points", *others)}
-    for machine in results.machines:
-        own = {"points": points.get(machine["id"], Counter())}
-        own |= {name: found.get(machine["id"], Counter()) for name, found in others.items()}
-        for name, found in own.items():
-            total[name] += found
-        rows.append((machine["name"], *_size(machine), *map(_cell, own.values()), own["points"]["needless"]))
-    rows.append(("**all**", "", "", "", *map(_cell, total.values()), total["points"]["needless"]))
-    return table(("machine", "kW", "V", "poles", *total, "without need"), rows)
-
-
-def scenario_table(results: Results, name: str) -> str:
-    """Of a scenario, by machine."""
-    found = scenarios.counts(row for row in results.scenarios if row["scenario"] == name)
-    rows: list[tuple] = []
-    for machine in results.machines:
-        own = found.get(machine["id"], Counter())
-        rows.append((machine["name"], own.total(), *_kinds(own)))
-    total = sum(found.values(), Counter())
-    rows.append(("**all**", total.total(), *_kinds(total)))
-    return table(("machine", name, *OUTCOMES), rows)
-
-
 def fields(results: Results) -> dict[str, str]:
     tripped = sum(one.kind == TRIPPED for one in results.outcomes)
     return {
@@ -146,14 +130,14 @@ def text(results: Results) -> str:
     """What a terminal shows."""
     parts = []
     if results.outcomes:
-        parts += [machines_table(results), methods_table(results), sensors_table(results)]
+        parts += [scenario_table(results, POINTS), methods_table(results), sensors_table(results)]
         parts.append(
             f"{len(results.not_right)} of {len(results.outcomes)} points are not right: {causes_text(results)}"
         )
     if results.faults:
         parts.append(injections_table(results.faults, ("fault", "method")))
     for name in dict.fromkeys(row["scenario"] for row in results.scenarios):
-        parts.append(scenario_table(results, name))
+        parts.append(f"{name}:\n\n{scenario_table(results, name)}")
     if results.scenarios:
         parts.append(examples_table(results))
     return "\n\n".join(parts)

@@ -98,13 +98,11 @@ class Results:
         return [one for one in self.outcomes if not one.is_right]
 
 
-def counts(outcomes: Iterable[Outcome], of: Callable[[Outcome], object]) -> dict[object, Counter]:
-    """Of each kind of outcome, by what `of` takes of a point; and of needless derating."""
-    found: dict[object, Counter] = {}
+def grouped(outcomes: Iterable[Outcome], of: Callable[[Outcome], object]) -> dict[object, list[Outcome]]:
+    """By what `of` takes of a point."""
+    found: dict[object, list[Outcome]] = {}
     for one in outcomes:
-        own = found.setdefault(of(one), Counter())
-        own[one.kind] += 1
-        own["needless"] += one.is_needless
+        found.setdefault(of(one), []).append(one)
     return found
 
 

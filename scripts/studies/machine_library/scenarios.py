@@ -1,6 +1,5 @@
 """Scenarios on every machine: full torque and its reversal, starts through standstill, and a sag of the link."""
 
-from collections import Counter
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from itertools import cycle
@@ -134,14 +133,6 @@ def measure(lab: Lab, chosen: list[Case], jobs: int, step: Callable[[], None]) -
         machine = lab.machines[case.point.cell.machine]
         work.append((case.point, {} if is_refused else case.settings(machine, configuration)))
     return [judge(*pair) for pair in zip(lab.run(work, jobs, step), chosen, strict=True)]
-
-
-def counts(rows: Iterable[dict]) -> dict[str, Counter]:
-    """Of each kind, by machine."""
-    found: dict[str, Counter] = {}
-    for row in rows:
-        found.setdefault(row["machine"], Counter())[row["kind"]] += 1
-    return found
 
 
 def not_right(rows: Iterable[dict]) -> list[dict]:

@@ -59,8 +59,7 @@ def main(arguments: list[str]) -> int:
     else:
         if not options.page:
             json_file.write(RESULTS, results)
-        for written in page.write(results, DOCS):
-            print(written)
+        print(*page.write(results, DOCS), sep="\n")
     apart = results.apart()
     for record, quantity in apart:
         print(f"{record.name}: {quantity} differs by {record.difference(quantity):.2f} %, beyond {LIMIT_PERCENT:g} %")

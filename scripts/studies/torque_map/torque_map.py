@@ -137,8 +137,7 @@ def of_the_honest_plant(options: argparse.Namespace) -> int:
             json_file.write(options.results / f"{results.drive}.json", results)
             status |= report(results)
     maps = {name: results_in(options.results, name) for name in honest.NAMES}
-    for file in honest.write(maps, options.out):
-        print(file)
+    print(*honest.write(maps, options.out), sep="\n")
     return status
 
 
@@ -167,9 +166,7 @@ def main(arguments: list[str]) -> int:
     if not options.page:
         with timed(options.file.name if options.file else torque_map_drive.DRIVES[options.drive][0]):
             results = measure(options)
-        suffix = (
-            "" if options.is_of_page or not (options.quick or options.full) else "_quick" if options.quick else "_full"
-        )
+        suffix = "_quick" if options.quick else "_full" if options.full else ""
         file = options.results / f"{results.drive}{suffix}.json"
         json_file.write(file, results)
         status = report(results)
@@ -179,8 +176,7 @@ def main(arguments: list[str]) -> int:
         written = page.write(maps, options.out)
         if options.out.resolve() == PAGE:
             written.append(torque_map_counts.write(maps[torque_map_drive.GUARANTEED]))
-        for file in written:
-            print(file)
+        print(*written, sep="\n")
     return status
 
 
