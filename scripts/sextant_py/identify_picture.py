@@ -39,9 +39,10 @@ def _draw_levels(above: Axes, below: Axes, results: Results) -> None:
         f"dead time {1e6 * found.dead_time_s:.3f} ± {1e6 * found.dead_time_sigma_s:.2g} µs,  "
         f"R_s {found.r_s_ohm:.4f} ± {found.r_s_sigma_ohm:.2g} Ω"
     )
-    above.set_ylabel("commanded voltage along phase a (V)")
-    below.set_ylabel("level less fit (mV)")
-    below.set_xlabel("current along phase a (A)")
+    above.set_ylabel("commanded voltage along phase a [V]")
+    below.set_ylabel("residual [mV]")
+    below.set_xlabel("current along phase a [A]")
+    below.sharex(above)
 
 
 def _draw_tones(above: Axes, below: Axes, found: Impedance) -> None:
@@ -57,19 +58,18 @@ def _draw_tones(above: Axes, below: Axes, found: Impedance) -> None:
         above.plot(hertz * fine, part(curve), color=color, linewidth=1.2)
         above.plot(hertz * omega, part(measured), "o", color=color, label=name)
         below.plot(hertz * omega, part(rest), "o", color=color)
+    below.sharex(above)
     above.set_xscale("log")
-    below.set_xscale("log")
-    for axis in (above, below):
-        axis.xaxis.set_minor_formatter(NullFormatter())
+    above.xaxis.set_minor_formatter(NullFormatter())
     machine, deviations = found.machine, found.deviations
     above.set_title(
         f"σL_s {1e3 * machine.leakage:.3g} mH ± {100 * deviations.leakage:.2g} %,\n"
         f"k_r² R_r {machine.r_rotor:.3g} Ω ± {100 * deviations.r_rotor:.2g} %,  "
         f"k_r L_m {1e3 * machine.l_magnetising:.3g} mH ± {100 * deviations.l_magnetising:.2g} %"
     )
-    above.set_ylabel("impedance at standstill (Ω)")
-    below.set_ylabel("measured by fit (%)")
-    below.set_xlabel("frequency (Hz)")
+    above.set_ylabel("impedance at standstill [Ω]")
+    below.set_ylabel("residual [%]")
+    below.set_xlabel("frequency [Hz]")
 
 
 def _draw_no_load(above: Axes, below: Axes, points: list[NoLoad], curve: Saturation | None) -> None:
@@ -83,12 +83,12 @@ def _draw_no_load(above: Axes, below: Axes, points: list[NoLoad], curve: Saturat
     above.plot(shown / (whole.l_s * ratio(shown)), shown, color=BLUE)
     above.plot([point.current_a for point in points], flux, "o", color=BLUE, label=f"at {whole.speed:.3g} rad/s")
     above.set_title(f"L_s {1e3 * whole.l_s:.4g} mH ± {100 * whole.sigma:.2g} % at {whole.flux_wb:.3g} Wb")
-    above.set_ylabel("stator flux without torque (Wb)")
-    above.set_xlabel("current (A)")
+    above.set_ylabel("stator flux without torque [Wb]")
+    above.set_xlabel("current [A]")
     inductance = np.array([point.l_s for point in points])
     below.plot(flux, 100 * (inductance / (whole.l_s * ratio(flux)) - 1), "o", color=BLUE)
-    below.set_ylabel("L_s by fit (%)")
-    below.set_xlabel("stator flux without torque (Wb)")
+    below.set_ylabel("residual [%]")
+    below.set_xlabel("stator flux without torque [Wb]")
 
 
 def _draw_inertia(above: Axes, below: Axes, found: Inertia) -> None:
@@ -96,10 +96,11 @@ def _draw_inertia(above: Axes, below: Axes, found: Inertia) -> None:
     above.plot(time, found.speed, color=BLUE, linewidth=2.4, alpha=0.5, label="measured")
     above.plot(time, found.fitted, color=RED, linewidth=1.0, label="by torque, inertia and friction")
     above.set_title(f"J {found.inertia:.4g} ± {found.sigma:.2g} kg·m²")
-    above.set_ylabel("speed (rad/s)")
+    above.set_ylabel("speed [rad/s]")
     below.plot(time, found.speed - found.fitted, color=BLUE, linewidth=0.8)
-    below.set_ylabel("measured less fit (rad/s)")
-    below.set_xlabel("time (s)")
+    below.set_ylabel("residual [rad/s]")
+    below.set_xlabel("time [s]")
+    below.sharex(above)
 
 
 def write_picture(directory: Path, results: Results) -> Path:

@@ -166,7 +166,7 @@ def checked(given: dict) -> NamePlate:
 
 def _number(entry: Entry, value: object) -> float:
     is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
-    if is_number and math.isfinite(value) and entry.low <= value <= entry.high:
+    if is_number and entry.low <= value <= entry.high:
         return value
     unit = f" {entry.unit}" if entry.unit else ""
     raise UserError(

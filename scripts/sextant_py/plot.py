@@ -36,7 +36,7 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
         "--from", dest="begin_s", type=finite_seconds, metavar="S", help="begin of the span to draw [s]"
     )
     parser.add_argument("--to", dest="end_s", type=finite_seconds, metavar="S", help="end of the span to draw [s]")
-    parser.add_argument("--title", help="heading (default: the file's name)")
+    parser.add_argument("--title", help="heading (default: of the run or the file)")
     what = parser.add_mutually_exclusive_group()
     what.add_argument("--list", action="store_true", help="print the signals of the files and leave")
     what.add_argument("--spectrum", action="store_true", help="amplitudes over frequency (default: torque, currents)")
@@ -84,14 +84,12 @@ def tell_cuts(sentences: list[str | None]) -> None:
 
 
 def perform(options: argparse.Namespace, output: Path) -> None:
-    title = options.title or " and ".join(path.name for path in options.files)
     is_page = output.suffix.lower() == ".html"
     from .plots import series
 
     files = series.load(options.files, options.begin_s, options.end_s)
     tell_cuts([file.cut for file in files])
-    if len(files) > 1 and not options.title:
-        title = " and ".join(file.label for file in files)
+    title = options.title or " and ".join(file.label for file in files)
     if options.figure:
         from .plots import layouts
 

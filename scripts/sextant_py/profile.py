@@ -17,7 +17,7 @@ import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
-from .csv_heading import cells_of, refuse_separators, refuse_twice
+from .csv_heading import cells_of, lines_of, refuse_separators, refuse_twice
 from .errors import UserError
 
 INTERPOLATIONS = ("linear", "hold")
@@ -63,16 +63,11 @@ Rows = list[tuple[str, Point]]  # with where a point stands in the file
 def load(path: Path | str, interpolation: str | None = None) -> Profile:
     """Reads a profile; a bad one is refused with file and line."""
     path = Path(path)
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise UserError(f"the profile {path} cannot be read: {error.strerror}.") from None
-    except UnicodeDecodeError:
-        raise UserError(f"the profile {path} is not a text file in UTF-8.") from None
+    lines = lines_of(path, "the profile")
     suffix = path.suffix.lower()
     if suffix not in (".csv", ".toml"):
         raise UserError(f"the profile {path} must be a .csv or .toml file.")
-    rows, own = _from_toml(path, text) if suffix == ".toml" else (_from_csv(path, text), "linear")
+    rows, own = _from_toml(path, lines) if suffix == ".toml" else (_from_csv(path, lines), "linear")
     points: list[Point] = []
     for where, point in rows:
         if not points and point.time_s != 0:
@@ -80,18 +75,20 @@ def load(path: Path | str, interpolation: str | None = None) -> Profile:
         if points and point.time_s < points[-1].time_s:
             raise UserError(f"{where}: time_s goes back from {points[-1].time_s:g} to {point.time_s:g}.")
         points.append(point)
-    if len(points) < 2 or points[-1].time_s <= 0:
-        raise UserError(f"the profile {path} needs at least two points and a duration above zero.")
+    if len(points) < 2:
+        raise UserError(f"the profile {path} needs at least two points.")
+    if points[-1].time_s == 0:
+        raise UserError(f"{rows[-1][0]}: time_s stands still at 0 in every point.")
     return Profile(points, interpolation or own)
 
 
 def _number(text: object, where: str, name: str) -> float:
     try:
         value = float(text) if not isinstance(text, bool) else math.nan
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         value = math.nan
     if not math.isfinite(value):
-        raise UserError(f'{where}: {name} must be a number, not "{text}".')
+        raise UserError(f'{where}: {name} must be a finite number, not "{text}".')
     return value
 
 
@@ -110,10 +107,10 @@ def _check_heading(columns: list[str], where: str) -> None:
             raise UserError(f"{where}: the heading has no column {column}.")
 
 
-def _from_csv(path: Path, text: str) -> Rows:
+def _from_csv(path: Path, lines: list[str]) -> Rows:
     columns: list[str] = []
     rows: Rows = []
-    for number, line in enumerate(text.splitlines(), start=1):
+    for number, line in enumerate(lines, start=1):
         where = f"{path}:{number}"
         cells = cells_of(line)
         if not cells:
@@ -133,15 +130,15 @@ def _from_csv(path: Path, text: str) -> Rows:
     return rows
 
 
-def _from_toml(path: Path, text: str) -> tuple[Rows, str]:
+def _from_toml(path: Path, lines: list[str]) -> tuple[Rows, str]:
     try:
-        table = tomllib.loads(text)
+        table = tomllib.loads("\n".join(lines))
     except tomllib.TOMLDecodeError as error:
         raise UserError(f"the profile {path} is not TOML: {error}.") from None
 
     def line_of(key: str) -> str:
-        lines = enumerate(text.splitlines(), 1)
-        return f"{path}:{next((n for n, line in lines if line.split('=')[0].strip() == key), 1)}"
+        numbered = enumerate(lines, 1)
+        return f"{path}:{next((n for n, line in numbered if line.split('=')[0].strip() == key), 1)}"
 
     def refuse(key: str, message: str) -> UserError:
         return UserError(f"{line_of(key)}: {message}")

@@ -1,12 +1,12 @@
 """A list of points of a sweep: a CSV file with a key in each column and a point in each row."""
 
-import math
 import tomllib
 from pathlib import Path
 from typing import Any
 
-from .csv_heading import cells_of, refuse_separators, refuse_twice
+from .csv_heading import cells_of, lines_of, refuse_separators, refuse_twice
 from .errors import UserError
+from .finite import is_finite
 from .sweep_reader import MAX_POINTS, Settings, toml_value
 
 _WORDS = {"true": True, "false": False}
@@ -28,7 +28,7 @@ def _value(cell: str, where: str) -> Any:
     if cell.lower() in _WORDS:
         return _WORDS[cell.lower()]
     if (number := _number(cell)) is not None:
-        if not math.isfinite(number):
+        if not is_finite(number):
             raise UserError(f"{where}: expected a finite number, got {cell}.")
         return number
     if cell[0] in "[\"'":
@@ -47,21 +47,12 @@ def _check_heading(keys: list[str], where: str) -> None:
             raise UserError(f"{where}: a column has no name: name its key or leave it out.")
 
 
-def _text_of(path: Path) -> str:
-    try:
-        return path.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise UserError(f"the list of points {path} cannot be read: {error.strerror}.") from None
-    except UnicodeDecodeError:
-        raise UserError(f"the list of points {path} is not a text file in UTF-8.") from None
-
-
 def load(path: Path) -> tuple[list[str], list[Settings]]:
     """Keys and points."""
     keys: list[str] = []
     points: list[Settings] = []
     known: dict[str, int] = {}
-    for number, line in enumerate(_text_of(path).splitlines(), 1):
+    for number, line in enumerate(lines_of(path, "the list of points"), 1):
         where, cells = f"{path}:{number}", cells_of(line)
         if not cells:
             continue

@@ -1,7 +1,6 @@
 """Looks values of a sweep file up and refuses them with file, line and key."""
 
 import json
-import math
 import re
 from collections.abc import Mapping
 from pathlib import Path, PurePath
@@ -10,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from .errors import UserError
+from .finite import is_finite
 
 RANGE_KEYS = {"from", "to", "count", "scale"}
 SCALES = ("linear", "log")
@@ -112,7 +112,7 @@ class SweepReader:
         return value
 
     def number(self, value: Any, key: str, what: str) -> float:
-        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        if isinstance(value, bool) or not isinstance(value, int | float) or not is_finite(value):
             raise self.refuse(key, f"expected {what}, got {shown(value)}.")
         return value
 

@@ -18,7 +18,7 @@ def table(head: Iterable[str], rows: Iterable[Iterable[object]], left: Iterable[
     """left: the columns of text; the others stand to the right."""
     heads = list(head)
     lines = ["---" if n in left else "---:" for n in range(len(heads))]
-    return "\n".join([row(*heads), row(*lines), *(row(*cells) for cells in rows)])
+    return "\n".join([row(*heads), f"|{'|'.join(lines)}|", *(row(*cells) for cells in rows)])
 
 
 def counted(count: int, name: str) -> str:

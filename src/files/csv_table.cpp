@@ -26,6 +26,18 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(begin, text.find_last_not_of(blank) - begin + 1);
 }
 
+/// What no text has; lines have no ends here.
+bool is_control(char byte) {
+  return (byte >= 0 && byte < ' ' && byte != '\t') || byte == 0x7f;
+}
+
+void refuse_control(const TextLines& lines, const std::string& line) {
+  const auto found = std::ranges::find_if(line, is_control);
+  if (found == line.end()) return;
+  lines.refuse(
+      fmt::format("the byte 0x{:02x} is no text; save the file as text in UTF-8, or remove that byte", *found));
+}
+
 /// A cell without the quotes that it stands in; "" in these is one quote.
 std::string unquoted(std::string_view cell) {
   cell = trimmed(cell);
@@ -60,7 +72,8 @@ std::vector<std::string> cells_of(std::string_view line) {
 double number(const std::string& cell) {
   double x{};
   const char* const end = cell.data() + cell.size();
-  const auto result = std::from_chars(cell.data(), end, x);
+  const bool has_plus = cell.size() > 1 && cell[0] == '+' && cell[1] != '-';  // which from_chars does not read
+  const auto result = std::from_chars(cell.data() + (has_plus ? 1 : 0), end, x);
   const bool whole = result.ec == std::errc{} && result.ptr == end;
   return whole && std::isfinite(x) ? x : std::nan("");
 }
@@ -131,6 +144,7 @@ CsvTable read_csv(const std::string& file) {
   CsvTable table;
   table.file = file;
   for (std::string text; lines.next(text);) {
+    refuse_control(lines, text);
     std::vector<std::string> cells = cells_of(text);
     if (cells.empty()) continue;
     if (table.columns.empty()) {

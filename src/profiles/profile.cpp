@@ -46,7 +46,7 @@ std::string validate_point(const std::vector<ProfilePoint>& points, std::size_t 
     return {};
   }
   const std::int64_t gap_ns = to_ns(t_s) - to_ns(points[k - 1].t_s);
-  if (gap_ns < 0) return fmt::format("point {}: {} s is before point {}", k, t_s, k - 1);
+  if (gap_ns < 0) return fmt::format("point {}: the time goes back from {} to {} s", k, points[k - 1].t_s, t_s);
   if (gap_ns == 0 && shape == ProfileShape::steps) {
     return fmt::format("point {}: {} s is the time of point {} too", k, t_s, k - 1);
   }
@@ -63,6 +63,7 @@ std::string ProfileParameters::validate() const {
   for (std::size_t k = 0; k < list().size(); ++k) {
     if (std::string wrong = validate_point(list(), k, shape); !wrong.empty()) return wrong;
   }
+  if (list().size() > 1 && list().back().t_s == 0) return "the time stands still at 0 s in every point";
   return {};
 }
 

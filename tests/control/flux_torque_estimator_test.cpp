@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "control/reference_machine.hpp"
+#include "sextant/control/electromagnetic_torque.hpp"
 
 namespace sextant {
 namespace {

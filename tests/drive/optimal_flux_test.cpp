@@ -343,7 +343,7 @@ TYPED_TEST(OptimalFluxOf, TakesTheMostThatTheSpeedRangeAllowsWhereFluxLimitsTheT
     capability.step(T(250), T(530), T(1));
     alone.step(T(250), T(530), T(1));
     const T share =
-        step_once(flux, {.torque = T(5), .omega_m = T(250), .takes_most = true}, capability, T(1));
+        step_once(flux, {.torque = T(5), .omega_m = T(250), .needs_full_flux = true}, capability, T(1));
     EXPECT_EQ(share, alone.flux_share(T(5)));
   }
 }

@@ -43,6 +43,36 @@ TEST(CsvTable, ReadsWhatOtherProgramsWrite) {
   EXPECT_THAT(quoted.columns, ElementsAre("a, \"b\" #1", "c"));
 }
 
+TEST(CsvTable, ReadsAPlusSignAndNoSecondSign) {
+  const TextFiles files;
+  EXPECT_THAT(read_csv(files.write("t.csv", "a\n+1.5\n-1\n+.5e+1\n")).rows,
+              ElementsAre(ElementsAre(1.5), ElementsAre(-1), ElementsAre(5)));
+  for (const char* cell : {"+", "+-1", "-+1", "++1"}) {
+    const std::string file = files.write("t.csv", std::string{"a\n"} + cell + "\n");
+    EXPECT_EQ(refusal([&file] { (void)read_csv(file); }),
+              file + ":2: a must be a finite number, not \"" + cell + "\"");
+  }
+}
+
+TEST(CsvTable, RefusesBytesThatNoTextHas) {
+  const TextFiles files;
+  const std::string nul(1, '\0');
+  const struct {
+    std::string text;
+    const char* says;
+  } cases[] = {
+      {"a" + nul + ",b\n0,1\n", ":1: the byte 0x00 is no text"},
+      {"a,b\n# " + nul + "\n0,1\n", ":2: the byte 0x00 is no text"},
+      {"a,b\n0,1\x1b[31m\n", ":2: the byte 0x1b is no text"},
+      {"a,b\r0,1\r\x7f\r", ":3: the byte 0x7f is no text"},
+  };
+  for (const auto& [text, says] : cases) {
+    const std::string file = files.write("t.csv", text);
+    EXPECT_EQ(refusal([&file] { (void)read_csv(file); }),
+              file + says + "; save the file as text in UTF-8, or remove that byte");
+  }
+}
+
 TEST(CsvTable, RefusesColumnsThatNobodyReads) {
   const TextFiles files;
   const CsvTable t = read_csv(files.write("t.csv", "a,b,grade\n0,1,2\n"));

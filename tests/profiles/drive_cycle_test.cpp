@@ -59,7 +59,7 @@ TEST(DriveCycle, RefusesWithFileLineAndColumn) {
       {"time_s,speed_kmh\n", " is empty: expected a heading and at least one row"},
       {"time_s,speed_kmh\n0,0\n", ":2: a drive cycle needs at least two rows"},
       {"time_s,speed_kmh\n0,0\n1,-1\n", ":3: speed_kmh must not be below zero, found -1"},
-      {"time_s,speed_kmh\n0,0\n2,1\n1,1\n", ":4: time_s: point 2: 1 s is before point 1"},
+      {"time_s,speed_kmh\n0,0\n2,1\n1,1\n", ":4: time_s: point 2: the time goes back from 2 to 1 s"},
       {"time_s,speed_kmh\n0,0\n1,1\n1,2\n", ":4: time_s: point 2: 1 s is the time of point 1 too"},
       {"time_s,speed_kmh\n0,0\n1,nan\n", ":3: speed_kmh must be a finite number, not \"nan\""},
       {"t,speed_kmh\n0,0\n1,1\n", ":1: expected a column time_s, found t,speed_kmh"},

@@ -23,7 +23,7 @@ TEST(ProfileTable, RefusesWithFileLineAndColumn) {
     const char* rows;
     const char* says;
   } cases[] = {
-      {"0,0\n2,1\n1,1\n", ":4: time_s: point 2: 1 s is before point 1"},
+      {"0,0\n2,1\n1,1\n", ":4: time_s: point 2: the time goes back from 2 to 1 s"},
       {"0.5,0\n", ":2: time_s: point 0: the first time must be 0 s, not 0.5 s"},
       {"0,0\n1,11\n", ":3: value must be from -10 to 10, not 11"},
       {"0,0\n1,-11\n", ":3: value must be from -10 to 10, not -11"},

@@ -84,8 +84,8 @@ def test_a_trip_counts_once_and_ends_its_run() -> None:
 
 
 def test_the_table_has_periods_where_they_are_few() -> None:
-    assert "| at once | 2 T, **1 missed** | 10 ms | 0.07 |" in fault_campaign_page.fault_table([ONE])
-    assert "10 ms **late** |" in fault_campaign_page.fault_table([ONE | {"late": 1}])
+    assert "| at once | 2 T, **1 missed** | 0.07 |" in fault_campaign_page.fault_table([ONE])
+    assert "2 T, **1 missed**, **1 later than 10 ms** |" in fault_campaign_page.fault_table([ONE | {"late": 1}])
 
 
 def test_the_page_keeps_its_text(tmp_path: Path) -> None:
@@ -94,7 +94,10 @@ def test_the_page_keeps_its_text(tmp_path: Path) -> None:
     page.write_text(committed, encoding="utf-8")
     fault_campaign_page.write(page, 7, [ONE], [Hours("NYCC", 598.0, 1)])
     found = page.read_text(encoding="utf-8")
-    assert "7 seeds at 3 operating points, with ideal and with real sensors: 6 runs, 1 missed." in found
+    assert (
+        "7 seeds at 3 operating points, with ideal and with real sensors: 6 runs, 1 missed, 0 later than their bounds."
+        in found
+    )
     assert "6 runs, 2 trips" in found
     assert "## Not detectable" in found
     with pytest.raises(UserError):

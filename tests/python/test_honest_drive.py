@@ -90,16 +90,13 @@ def made_up(variant: torque_map_honest.Variant, letter: str) -> Results:
     return Results(variant.name, variant.label, "1", "c", speeds, torques, maps, told="r_s_ohm 1")
 
 
-def test_the_page_counts_points_near_standstill_apart(tmp_path: Path) -> None:
+def test_the_page_counts_what_is_silently_wrong(tmp_path: Path) -> None:
     maps = {one.name: made_up(one, "s") for one in torque_map_honest.VARIANTS}
-    slow = 5 * sum(abs(speed) <= 20 for speed in torque_map_honest.SPEEDS)
-    fast = 5 * len(torque_map_honest.SPEEDS) - slow
-    assert torque_map_honest.sets_table(maps).splitlines()[2] == f"| dtc | as found | {slow} | {fast} | – |"
-    right = {one.name: made_up(one, "r") for one in torque_map_honest.VARIANTS}
-    assert "| 0 | 0 | 9 N·m |" in torque_map_honest.sets_table(right)
     picture, page = torque_map_honest.write(maps, tmp_path)
     assert picture.stat().st_size > 0
-    assert "{" not in page.read_text(encoding="utf-8")
+    text, counts = page.read_text(encoding="utf-8"), [results.points for results in maps.values()]
+    assert f"| **silently wrong** | {' | '.join(map(str, counts))} |" in text
+    assert "{" not in text
 
 
 def test_no_cause_above_standstill_is_that_of_several_drives() -> None:
@@ -126,10 +123,18 @@ def test_the_page_takes_the_tables_of_the_campaign(tmp_path: Path) -> None:
     page = tmp_path / "page.md"
     page.write_text((ROOT / "docs/fault_campaign.md").read_text(encoding="utf-8"), encoding="utf-8")
     run = {"name": "open phase", "method": "foc", "case": "", "kind": plant_faults.NAMED, "seen": "OPEN_PHASE"}
-    found = fault_campaign_file.Found([run | {"late_ms": 2.5, "inverter": "125 µs"}], [Hours("random, foc", 360.0, 12)])
+    runs = [
+        run | {"late_ms": 2.5},
+        run | {"name": "encoder stuck", "kind": plant_faults.MISSED, "late_ms": None},
+        run | {"name": fault_campaign_file.STEADY, "kind": plant_faults.OTHERWISE, "late_ms": None},
+    ]
+    runs = [one | {"inverter": "125 µs"} for one in runs]
+    found = fault_campaign_file.Found(runs, [Hours("random, foc", 360.0, 12)])
     put_into(page, fault_campaign_honest.blocks(found, 1))
     text = page.read_text(encoding="utf-8")
-    assert "1 seed at 5 operating points: 1 run." in text
-    assert "| open phase | 1 | 1 | 0 | 0 | 0 | 2.5 | OPEN_PHASE 1 |" in text
+    assert (
+        "1 seed at 5 operating points: 3 runs; 1 of 1 without a fault trip. "
+        "Of 2 faults: 1 named, 1 missed (1 of encoder stuck). The latest trip: 2.5 ms." in text
+    )
     assert "- no trip: random, foc (360 s)" in text
     assert fault_campaign_honest.tables(found).startswith("125 µs:\n\n| injection | method | runs |")

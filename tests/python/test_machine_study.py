@@ -129,8 +129,8 @@ def test_page_counts_what_the_records_say(tmp_path: Path) -> None:
     page = written[1].read_text(encoding="utf-8")
     assert "**2 of 4 healthy points are not right**, 2 of them trip. By cause: CURRENT_SENSOR 2." in page
     assert "- 1: foo.toml: too slow for it" in page
-    row = next(line for line in page.splitlines() if line.startswith(f"| {MACHINE.name} |"))
-    assert row.endswith("| 1/0/1/2 | 1/0/0/0 | 0/0/0/1 | 0/0/0/0 | 0 |")  # points, reversals, starts, sags
+    for row in ("points | 1 | 0 | 0 | 1 | 2", "reversals | 1 | 0 | – | 0 | 0", "starts | 0 | 0 | – | 0 | 1"):
+        assert f"| {row} |" in page
     assert (
         f"| starts | {MACHINE.id} | `foc` | 50 | {start.title} | wrong: 47 ms another torque than is published |"
         in page

@@ -260,6 +260,7 @@ REFUSED = [
     ({"power_factor": 1.2}, r"power_factor \(--power-factor\) is 1\.2: expected a number from 0\.2 to 1"),
     ({"power_factor": 1}, r"power_factor \(--power-factor\) is 1, .* below 1"),
     ({"power_factor": math.nan}, r"power_factor .* is nan: expected"),
+    ({"current_a": 10**400}, r"current_a .* is 10+: expected a number"),
     ({"current_a": "5"}, r"current_a \(--current-a\) is '5': expected a number"),
     ({"current_a": True}, r"current_a .* is True: expected a number"),
     ({"connection": "zigzag"}, r'connection \(--connection\) is "zigzag", which is unknown: give star'),

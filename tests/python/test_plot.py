@@ -9,7 +9,7 @@ import pytest
 from made_recording import write_cut
 from sextant_py import plot, signal_file
 from sextant_py.errors import UserError
-from sextant_py.plots import lanes, locus, marks, overview, panels, png, points, series, spectrum, styles
+from sextant_py.plots import html, lanes, locus, marks, overview, panels, png, points, series, spectrum, styles
 from sextant_py.recording.formats import open_sink
 from sextant_py.recording.topics import STATE, WAVEFORM, group_of
 
@@ -205,6 +205,7 @@ def test_two_files_are_drawn_over_each_other(waves: Path, tmp_path: Path) -> Non
         write_waves(tmp_path / name / "trace.h5", 4000)
     files = [tmp_path / "a" / "trace.h5", tmp_path / "b" / "trace.h5"]
     assert series.labels(files) == ["a", "b"]
+    assert series.labels(files[:1]) == ["a"], "a trace alone has the name of its run"
     (panel,) = panels.arrange(load(*files), ["sector"])
     assert [line.label for line in panel.lines] == ["sector, a", "sector, b"]
     assert plot.main([*map(str, files), "torque", "i_?_a", "-o", str(tmp_path / "two.png")]) == 0
@@ -275,7 +276,25 @@ def test_the_last_row_of_a_trace_may_come_early(waves: Path) -> None:
 
 def test_spectra_without_names_are_of_torque_and_phase_currents(waves: Path) -> None:
     found = spectrum.compute(load(waves), [], "hann")
-    assert sorted(one.label for one in found) == ["i_a_a", "i_b_a", "i_c_a", "torque_mean_nm"]
+    assert sorted(one.label for one in found) == ["i_a_a", "i_b_a", "i_c_a", "plant/torque_nm", "torque_mean_nm"]
+
+
+def test_a_page_shows_the_amplitudes_that_a_picture_does(waves: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pages, pictures = [], []
+    monkeypatch.setattr(html, "save", lambda figure, *_: pages.append(figure.layout))
+    monkeypatch.setattr(png, "save", lambda figure, _: pictures.append([axes.get_ylim() for axes in figure.axes]))
+    found = spectrum.compute(load(waves), [], "hann")
+    spectrum.draw_html(found, "", Path())
+    spectrum.draw_png(found, "", Path())
+    shown = [pages[0][axis]["range"] for axis in ("yaxis", "yaxis2")]
+    np.testing.assert_allclose(10.0 ** np.array(shown), pictures[0])
+
+
+def test_lines_next_to_zero_frequency_are_not_on_the_axis(waves: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn = []
+    monkeypatch.setattr(png, "save", lambda figure, _: drawn.append([axes.get_xlim() for axes in figure.axes]))
+    spectrum.draw_png(spectrum.compute(load(waves), [], "hann"), "", Path())
+    assert all(left < 0 for left, _ in drawn[0])
 
 
 def test_loci_are_circles_in_the_direction_of_the_field(waves: Path) -> None:

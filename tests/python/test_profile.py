@@ -46,9 +46,9 @@ def test_the_caller_may_choose_the_interpolation(tmp_path: Path) -> None:
     ("text", "line", "complaint"),
     [
         ("time,torque\n0,1\n1,1\n", 1, "heading"),
-        ("time_s,torque_nm\n0,abc\n1,0\n", 2, 'torque_nm must be a number, not "abc"'),
-        ("time_s,torque_nm\n0,nan\n1,0\n", 2, "torque_nm must be a number"),
-        ("time_s,torque_nm\n0,inf\n1,0\n", 2, "torque_nm must be a number"),
+        ("time_s,torque_nm\n0,abc\n1,0\n", 2, 'torque_nm must be a finite number, not "abc"'),
+        ("time_s,torque_nm\n0,nan\n1,0\n", 2, "torque_nm must be a finite number"),
+        ("time_s,torque_nm\n0,inf\n1,0\n", 2, "torque_nm must be a finite number"),
         ("time_s,torque_nm\n0,0\n1\n", 3, "expected 2 values"),
         ("time_s,torque_nm\n0,0\n2,0\n1,0\n", 4, "goes back from 2 to 1"),
         ("time_s,torque_nm\n1,0\n2,0\n", 2, "first point"),
@@ -70,7 +70,8 @@ def test_bad_csv_names_file_and_line(tmp_path: Path, text: str, line: int, compl
         ('interpolation = "cubic"\ntime_s = [0, 1]\ntorque_nm = [0, 1]\n', 1, "interpolation must be"),
         ("time_s = [0, 1]\ntorque_nm = 5\n", 2, "torque_nm must be a list"),
         ("time_s = [0, 1, 2]\ntorque_nm = [0, 1]\n", 1, "one length"),
-        ("time_s = [0, 1]\n\ntorque_nm = [0, true]\n", 3, "torque_nm must be a number"),
+        ("time_s = [0, 1]\n\ntorque_nm = [0, true]\n", 3, "torque_nm must be a finite number"),
+        (f"time_s = [0, 1]\ntorque_nm = [0, 1{'0' * 400}]\n", 2, "torque_nm must be a finite number"),
         ("time_s = [0, 1]\ntorque_nm = [0, 1]\nenable = [1, 0]\n", 3, "true and false"),
     ],
 )

@@ -140,6 +140,7 @@ BAD = [
     ("[0.5, 0.918]", "[]", ":3: grid.control.dtc.torque_band_upper_nm: expected at least one value"),
     ("[0.5, 0.918]", "[0.5, 0.5]", ":3: grid.control.dtc.torque_band_upper_nm: a value is there twice"),
     ("[0.5, 0.918]", "[0.5, nan]", "a list of them, got nan."),
+    ("[0.5, 0.918]", f"[0.5, 1{'0' * 400}]", "a list of them, got 1000"),
     ("[0.5, 0.918]", "0.5", "expected a list of values or { from, to, count, scale }, got 0.5."),
     ("from = 0.4", "from = 1.7", ":4: grid.machine.r_r_ohm: expected from < to, got 1.7 and 1.6."),
     ("from = 0.4", "from = inf", ':4: grid.machine.r_r_ohm: expected a finite number for "from", got inf.'),

@@ -204,18 +204,7 @@ def made_up(name: str, silent_ms: float) -> Results:
         **analytic,
     }
     capability["limits"] = {k: v if math.isfinite(v) else None for k, v in replace(PAPER, torque=150).__dict__.items()}
-    first = [
-        {
-            "r_s": 1.2,
-            "speed": 50,
-            "detune": "machine",
-            "torque_nm": 15.1,
-            "ripple_nm": 9,
-            "fault": "",
-            "gates_off": False,
-        }
-    ]
-    return Results(name, f"drive {name}", "1.0", "0123456789ab", speeds, torques, maps, capability, first)
+    return Results(name, f"drive {name}", "1.0", "0123456789ab", speeds, torques, maps, capability)
 
 
 def test_results_are_kept(tmp_path: Path) -> None:
@@ -244,7 +233,6 @@ def test_the_page_has_the_figures_of_its_results_and_every_picture(tmp_path: Pat
     assert "drive foc: no point is silently wrong." in page
     assert "from `paper.json`, `shipped.json`, `foc.json` (" in page
     assert "At worst -2.0 %: drive paper, motoring" in page
-    assert "15.1/9" in page
 
 
 def test_the_counts_of_the_guarantees_are_those_of_their_sets_and_speeds() -> None:

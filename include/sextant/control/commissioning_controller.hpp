@@ -301,7 +301,7 @@ class CommissioningController final : public EstimatingController<T> {
     integral_ = {};
     values_ = {};
   }
-  void forget() noexcept SEXTANT_NONBLOCKING override { release(); }
+  void reset_method() noexcept SEXTANT_NONBLOCKING override { release(); }
 
   CommissioningCourse course_;
   CurrentStaircase<T> staircase_;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "sextant/control/electromagnetic_torque.hpp"
 #include "sextant/control/estimating_controller.hpp"
 #include "sextant/control/flux_comparator.hpp"
 #include "sextant/control/sector_selector.hpp"
@@ -159,7 +160,7 @@ class DirectTorqueController final : public EstimatingController<T> {
     enter(estimate_.psi_s);
   }
 
-  void forget() noexcept SEXTANT_NONBLOCKING override { sector_.reset(); }
+  void reset_method() noexcept SEXTANT_NONBLOCKING override { sector_.reset(); }
 
   /// The sector of a stator flux [Wb].
   void enter(SpaceVector<T> psi_s) noexcept {

@@ -100,7 +100,7 @@ class EstimatingController : public Controller<T> {
     estimate_.r_s_deviation = estimator_.deviations().r_s;
     estimate_.r_r_deviation = estimator_.deviations().r_r;
     estimate_.l_m_deviation = estimator_.deviations().l_m;
-    const GatePattern pattern = mode_ == ControlMode::off ? rest() : decide(measurement, reference);
+    const GatePattern pattern = mode_ == ControlMode::off ? turn_off() : decide(measurement, reference);
     if (!estimator_.inverter().is_ideal()) in_flight_ = pattern;
     estimate_.magnetised = magnetising_.done();
     estimate_.torque -= estimator_.iron_loss_torque();
@@ -155,8 +155,8 @@ class EstimatingController : public Controller<T> {
   [[nodiscard]] virtual GatePattern follow(const Demand& demand) noexcept SEXTANT_NONBLOCKING = 0;
   /// The torque follows no reference; `estimate_` is that of this period.
   virtual void release() noexcept SEXTANT_NONBLOCKING {}
-  /// What is left of earlier periods, as after power-up.
-  virtual void forget() noexcept SEXTANT_NONBLOCKING {}
+  /// The method's own state is as after power-up.
+  virtual void reset_method() noexcept SEXTANT_NONBLOCKING {}
 
   /// The mean stator voltage of the pattern that is decided, with every leg driven. [V]
   void drive(SpaceVector<T> u) noexcept {
@@ -265,8 +265,8 @@ class EstimatingController : public Controller<T> {
     modulator_.reset();
     estimate_ = {};
     in_flight_ = {};
-    (void)rest();
-    forget();
+    (void)turn_off();
+    reset_method();
     mode_ = ControlMode::off;
   }
 
@@ -297,7 +297,8 @@ class EstimatingController : public Controller<T> {
     return predict(estimator_, x, (T(1) / dt) * (commanded + beyond), dt);
   }
 
-  [[nodiscard]] GatePattern rest() noexcept {
+  /// A period with the gates off.
+  [[nodiscard]] GatePattern turn_off() noexcept {
     magnetising_.reset();
     release();
     harmonics_ = {};

@@ -8,10 +8,12 @@
 
 #include "sextant/control/adaptive_observer.hpp"
 #include "sextant/control/compensated_voltage_model.hpp"
+#include "sextant/control/current_decay.hpp"
 #include "sextant/control/current_model.hpp"
 #include "sextant/control/flux_crossover.hpp"
 #include "sextant/control/flux_estimator_kind.hpp"
 #include "sextant/control/hybrid_flux_model.hpp"
+#include "sextant/control/iron_loss_estimate.hpp"
 #include "sextant/control/magnetising_identification.hpp"
 #include "sextant/control/parameter_adaptation.hpp"
 #include "sextant/core/induction_machine_parameters.hpp"
@@ -25,13 +27,6 @@
 
 namespace sextant {
 
-/// Torque of the machine, T_e = 3/2 p ψ_s × i_s. [N·m]
-template <class T>
-[[nodiscard]] constexpr T electromagnetic_torque(int pole_pairs, SpaceVector<T> psi_s,
-                                                 SpaceVector<T> i_s) noexcept {
-  return T(1.5) * T(pole_pairs) * cross(psi_s, i_s);
-}
-
 /// Stator flux and torque (paper, 2.2.1) by one of several models while the gates are driven. While they are
 /// off the current model continues the flux, so that a drive can be enabled again on a spinning machine that
 /// still has rotor flux, also after a gap of many periods. Each model starts from the other's result.
@@ -44,9 +39,9 @@ template <class T>
 /// present flux (`SaturationCurve::machine_at`); what is identified and adapted is the machine at the flux of
 /// the curve's L_m.
 ///
-/// Where the iron loss is known it takes i_fe = (1/R_fe) k_r dψ_r/dt, of the current that the current model
-/// has beside, and `iron_torque` from the torque; both are those of the period before. While the gates are
-/// off it takes nothing.
+/// Where the iron loss is known (`IronLossEstimate`) it takes i_fe of the current that the current model has
+/// beside, and its torque from the torque; both are those of the period before. While the gates are off it
+/// takes nothing.
 ///
 /// Where R_s varies with a known temperature of the winding (`WindingResistance`), the temperature scales R_s
 /// in use, whatever has made it, and the configured R_s about which identification and adaptation have their
@@ -83,7 +78,7 @@ class FluxTorqueEstimator {
                         known_saturation()},
         adaptation_{machine_, parameters.inverter.voltage_error},
         torque_gain_{T(1.5) * T(machine_.pole_pairs)},
-        iron_conductance_{T(1) / parameters.iron_loss_resistance} {}
+        iron_loss_{parameters.iron_loss_resistance, torque_gain_} {}
 
   /// Updates the estimate by the measurement at the end of a period and its applied pattern. `magnetising`:
   /// the pattern was to magnetise the machine without torque.
@@ -101,8 +96,8 @@ class FluxTorqueEstimator {
       step_coasting(measurement, i_s_before);
     }
     omega_m_ = measurement.omega_m;
-    if (iron_conductance_ > T(0)) [[unlikely]]
-      follow_iron_loss();
+    if (iron_loss_.acts()) [[unlikely]]
+      iron_loss_.step(current_model_, present_, psi_s_, i_s_, omega_m());
   }
 
   [[nodiscard]] constexpr SpaceVector<T> psi_s() const noexcept { return psi_s_; }  ///< [Wb]
@@ -111,7 +106,7 @@ class FluxTorqueEstimator {
     return torque_gain_ * cross(psi_s_, i_s_);  // [N·m]
   }
   /// What the iron loss takes of that. [N·m]
-  [[nodiscard]] constexpr T iron_loss_torque() const noexcept { return iron_torque_; }
+  [[nodiscard]] constexpr T iron_loss_torque() const noexcept { return iron_loss_.torque(); }
   /// Speed of the model: measured, or estimated where the kind does without a sensor. [rad/s]
   [[nodiscard]] constexpr T omega_m() const noexcept {
     return parameters_.kind == FluxEstimatorKind::sensorless_observer ? observer_.omega_m() : omega_m_;
@@ -141,10 +136,7 @@ class FluxTorqueEstimator {
   /// Takes the iron loss of another one.
   constexpr void take_iron_loss(const FluxTorqueEstimator& from) noexcept {
     parameters_.iron_loss_resistance = from.parameters_.iron_loss_resistance;
-    iron_conductance_ = from.iron_conductance_;
-    if (iron_conductance_ > T(0)) return;
-    i_fe_ = {};
-    iron_torque_ = T(0);
+    iron_loss_.take_parameters(from.iron_loss_);
   }
 
   /// Flux zero and parameters as configured, as after power-up.
@@ -202,7 +194,7 @@ class FluxTorqueEstimator {
         psi_s_ = compensated_.psi_s();
         break;
       case FluxEstimatorKind::current_model:
-        current_model_.step(p.i_s_mean - i_fe_, p.omega_m, p.dt);
+        current_model_.step(p.i_s_mean - iron_loss_.current(), p.omega_m, p.dt);
         psi_s_ = current_model_.psi_s(i_s_);
         break;
       case FluxEstimatorKind::observer:
@@ -214,7 +206,7 @@ class FluxTorqueEstimator {
         psi_s_ += flux_change;
         break;
       case FluxEstimatorKind::hybrid:
-        current_model_.step(p.i_s_mean - i_fe_, p.omega_m, p.dt);
+        current_model_.step(p.i_s_mean - iron_loss_.current(), p.omega_m, p.dt);
         hybrid_.step(flux_change, current_model_, i_s_, p.omega_m, p.dt);
         psi_s_ = hybrid_.psi_s();
         if (parameters_.adapts && adaptation_.count(p.dt)) adapt();
@@ -251,7 +243,7 @@ class FluxTorqueEstimator {
     return present_.k_r() * magnitude(psi_r) + more_leakage() * dot(direction(psi_r), i_s);
   }
 
-  // The next four are apart, so that the step of a drive that makes torque stays small.
+  // The next three are apart, so that the step of a drive that makes torque stays small.
 
   /// R_s is that of the winding's temperature [°C], the machine that of the present flux.
   [[gnu::noinline]] void follow(const std::optional<T>& temperature) noexcept {
@@ -264,22 +256,6 @@ class FluxTorqueEstimator {
       adaptation_.set_configured(warm());
     }
     if (is_new || saturation_.acts()) follow_flux();
-  }
-
-  /// Of the estimated flux; the rotor's turns without the ripple of the stator's. With f that
-  /// dψ_r/dt would be by all of i_s, dψ_r/dt = f(i_s − i_fe) = f/(1 + k_r² R_r/R_fe). While the rotor's flux
-  /// is small beside the stator's it has no speed of its own.
-  [[gnu::noinline]] void follow_iron_loss() noexcept {
-    const SpaceVector<T> psi_r = current_model_.psi_r_from(psi_s_, i_s_);
-    const T k_r = present_.k_r();
-    const SpaceVector<T> rate = (T(1) / (T(1) + iron_conductance_ * k_r * k_r * present_.r_r)) *
-                                current_model_.derivative(psi_r, i_s_, omega_m());
-    const T stator_squared = dot(psi_s_, psi_s_);
-    const T square = std::max(dot(psi_r, psi_r), T(0.25) * stator_squared);
-    i_fe_ = (iron_conductance_ * k_r) * rate;
-    iron_torque_ = square > T(0) ? iron_torque(torque_gain_, iron_conductance_, cross(psi_r, rate) / square,
-                                               stator_squared)
-                                 : T(0);
   }
 
   /// The current is in the direction of the rotor flux: only the magnitude of the flux is in question.
@@ -295,7 +271,7 @@ class FluxTorqueEstimator {
     }
     magnetised_ += p.dt;
     const SpaceVector<T> psi_r_before = current_model_.psi_r();
-    const SpaceVector<T> i_s_mean = p.i_s_mean - i_fe_;
+    const SpaceVector<T> i_s_mean = p.i_s_mean - iron_loss_.current();
     current_model_.step(i_s_mean, p.omega_m, p.dt);
     identifying_ = true;
     if (adaptation_.count(p.dt)) {
@@ -304,7 +280,7 @@ class FluxTorqueEstimator {
     const SpaceVector<T> middle = direction(psi_r_before + current_model_.psi_r());
     const SpaceVector<T> voltage =
         (T(1) / p.dt) * (p.volt_seconds - machine_.sigma_l_s() * (i_s_ - p.i_s_before)) -
-        present_.r_s * i_fe_;
+        present_.r_s * iron_loss_.current();
     identification_.step({dot(middle, voltage), cross(middle, voltage)},
                          {dot(middle, i_s_mean), cross(middle, i_s_mean)},
                          behind_leakage(current_model_.psi_r(), i_s_), omega_r, p.dt);
@@ -338,29 +314,11 @@ class FluxTorqueEstimator {
     const T dt = T(measurement.applied.duration_ns()) * T(1e-9);
     coasted_ += dt;
     const T omega_m = T(0.5) * (omega_m_ + measurement.omega_m);
-    const T decay =
-        std::min(dt, driven_time(measurement.applied) + decay_time(measurement.u_dc, i_s_before, dt));
+    const T decay = std::min(dt, driven_time<T>(measurement.applied) +
+                                     decay_time(machine_.sigma_l_s(), measurement.u_dc, i_s_before, dt));
     if (decay > T(0)) current_model_.step(T(0.5) * (i_s_before + i_s_), omega_m, decay);
     if (decay < dt) current_model_.step(i_s_, omega_m, dt - decay);
     psi_s_ = current_model_.psi_s(i_s_);
-  }
-
-  /// Time in which phase currents die after the gates were turned off. Between them the diodes of two legs
-  /// apply about 2/3 u_dc against it. After that time the measured current flows. dt without link voltage.
-  /// [s]
-  [[nodiscard]] T decay_time(T u_dc, SpaceVector<T> i_s_before, T dt) const noexcept {
-    const T volt_seconds = T(1.5) * machine_.sigma_l_s() * magnitude(i_s_before);
-    return volt_seconds < u_dc * dt ? volt_seconds / u_dc : dt;
-  }
-
-  /// Time until the first leg is off. [s]
-  [[nodiscard]] static constexpr T driven_time(const GatePattern& applied) noexcept {
-    std::int64_t t_ns = 0;
-    for (const GateSegment& segment : applied.segments()) {
-      if (!is_driven(segment.state)) break;
-      t_ns += segment.duration_ns;
-    }
-    return T(t_ns) * T(1e-9);
   }
 
   /// The flux from which the models go on [Wb], and the current of the same instant [A].
@@ -420,9 +378,7 @@ class FluxTorqueEstimator {
   T warmth_{1};                                         ///< R_s by temperature, of that configured [-]
   T temperature_{std::numeric_limits<T>::quiet_NaN()};  ///< of the winding, to which that belongs [°C]
   T torque_gain_;                                       ///< 3/2 p [-]
-  T iron_conductance_;                                  ///< 1/R_fe [1/Ω]
-  T iron_torque_{};                                     ///< [N·m]
-  SpaceVector<T> i_fe_{};                               ///< that the iron loss takes [A]
+  IronLossEstimate<T> iron_loss_;
   SpaceVector<T> psi_s_{};
   SpaceVector<T> i_s_{};  ///< at the last measurement [A]
   T omega_m_{};           ///< at the last measurement [rad/s]

@@ -2,15 +2,12 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <numbers>
-#include <optional>
 
-#include "sextant/core/description.hpp"
 #include "sextant/core/gate_pattern.hpp"
-#include "sextant/core/minimum_pulse.hpp"
+#include "sextant/core/inverter_parameters.hpp"
+#include "sextant/core/leg_timing.hpp"
 #include "sextant/core/space_vector.hpp"
 #include "sextant/core/switch_state.hpp"
 #include "sextant/core/two_level_inverter.hpp"
@@ -26,9 +23,9 @@ namespace sextant {
 /// sign(i_x) u_dc t_d in a period of two changes. Drops: a switch or diode that carries i_x takes
 /// (V_t + r |i_x|) sign(i_x).
 ///
-/// Minimum pulse. The gate drivers drop or stretch what is commanded for a shorter time, before the dead
-/// time, as `MinimumPulse` tells: u_dc for the difference of both times, and where they drop all edges act
-/// t_min late, which counts where a leg does not end a period as it began it.
+/// Minimum pulse (`LegTiming`): u_dc for the difference of the commanded time and the acting one, and where
+/// the gate drivers drop pulses all edges act t_min late, which counts where a leg does not end a period as
+/// it began it.
 ///
 /// The sign of a current near zero follows from its course through the pattern, from the reading at its
 /// beginning, with the potentials as above:
@@ -46,85 +43,13 @@ namespace sextant {
 template <class T = double>
 class InverterModel {
  public:
-  /// All zero: an ideal inverter.
-  struct Parameters {
-    std::int32_t dead_time_ns{0};              ///< t_d [ns]
-    MinimumPulse::Parameters minimum_pulse{};  ///< none by default
-    T threshold_voltage{};                     ///< V_t, of a switch or diode that conducts [V]
-    T slope_resistance{};                      ///< r, the same [Ω]
-    /// How far the stator voltage along the current may be off, by what is not known of the inverter; a
-    /// standard deviation. The model itself does not depend on it. [V]
-    T voltage_error{};
-
-    [[nodiscard]] constexpr bool is_ideal() const noexcept {
-      return dead_time_ns == 0 && minimum_pulse.duration_ns == 0 && threshold_voltage == T(0) &&
-             slope_resistance == T(0);
-    }
-    /// The voltage error to expect where dead time and threshold are known as data sheets tell them: a tenth
-    /// of the fundamental of what both take, u_dc t_d/t_period + V_t with the sign of the current. [V]
-    [[nodiscard]] constexpr T likely_voltage_error(std::int32_t period_ns, T u_dc) const noexcept {
-      constexpr T fundamental = T(4) / T(std::numbers::pi);
-      return T(0.1) * fundamental * (u_dc * T(dead_time_ns) / T(period_ns) + threshold_voltage);
-    }
-    /// For a control period. [ns]
-    [[nodiscard]] const char* validate(std::int32_t period_ns) const noexcept {
-      if (dead_time_ns < 0 || dead_time_ns >= period_ns - dead_time_ns) {
-        return "the inverter's dead time must be from zero to below half of the control period";
-      }
-      // Without voltage a leg is high for half of a period, and low at both of its ends for a quarter.
-      const std::int32_t pulse_ns = minimum_pulse.duration_ns;
-      if (pulse_ns < 0 || pulse_ns >= period_ns / 4) {
-        return "the inverter's minimum pulse must be from zero to below a quarter of the control period";
-      }
-      if (pulse_ns > 0 && pulse_ns < dead_time_ns) {
-        return "the inverter's minimum pulse must be zero or at least its dead time: a shorter one turns no "
-               "switch on";
-      }
-      const auto is_usable = [](T x) { return std::isfinite(x) && x >= T(0); };
-      if (!is_usable(threshold_voltage)) return "the inverter's threshold voltage must not be below zero";
-      if (!is_usable(slope_resistance)) return "the inverter's slope resistance must not be below zero";
-      return is_usable(voltage_error) ? nullptr : "the inverter's voltage error must not be below zero";
-    }
-
-    /// given: the voltage error, where a user states it; resolved: with the one in force.
-    friend void describe(Description& d, Parameters& p, std::optional<T>& given, const Parameters& resolved) {
-      auto& [dead_ns, pulse, threshold, slope, error] = p;
-      d.time("dead_time_us", dead_ns,
-             in_us(0, 5e4,
-                   "time for which both switches of a leg are off where it changes between low and high, as "
-                   "the drive takes it: volt-seconds of estimator, identification, predictions, protections "
-                   "and torque monitor follow from it, and modulated methods compensate it; 0: an ideal "
-                   "inverter",
-                   Changes::when_ready));
-      describe(d, pulse);
-      d.number("threshold_v", threshold,
-               {"V", 0, 1e3, "voltage of a switch or diode that conducts, without current; the same uses",
-                Changes::when_ready});
-      d.number("slope_ohm", slope,
-               {"ohm", 0, 1e3,
-                "by which the voltage of a conducting switch or diode rises with its current; the same "
-                "uses",
-                Changes::when_ready});
-      d.derived("voltage_error_v", given, resolved.voltage_error,
-                {"V", 0, 1e3,
-                 "what may be unknown of the stator voltage along the current, as a standard deviation: the "
-                 "lower the stator frequency, the more of the flux follows from the current in its place; "
-                 "identification, adaptation, speed plausibility and torque monitor allow for it",
-                 Changes::when_ready});
-    }
-  };
-
-  /// What the legs bring along into an interval.
-  struct Legs {
-    SwitchState commanded{gates_off};       ///< after the minimum pulse
-    std::array<std::int32_t, 3> dead_ns{};  ///< what is left of their dead times [ns]
-    MinimumPulse::Legs pulses{};            ///< where there is a minimum pulse
-  };
+  using Parameters = InverterParameters<T>;
+  using Legs = LegTiming::Legs;
 
   /// leakage: σL_s of the machine. [H]
   constexpr InverterModel(const Parameters& parameters, T leakage) noexcept
       : parameters_{parameters},
-        minimum_pulse_{parameters.minimum_pulse},
+        timing_{parameters.dead_time_ns, parameters.minimum_pulse},
         is_ideal_{parameters.is_ideal()},
         has_drops_{parameters.threshold_voltage != T(0) || parameters.slope_resistance != T(0)},
         inverse_leakage_{T(1) / leakage} {}
@@ -141,7 +66,7 @@ class InverterModel {
     const Course course{phases(i_), phases(i), std::max(T(0), u_dc), seconds(applied.duration_ns())};
     i_ = i;
     if (!applied.is_driven() || applied.duration_ns() == 0) {
-      pass(applied, legs_);
+      timing_.pass(applied, legs_);
       if (!applied.is_driven()) drift_ = {};
       return {};
     }
@@ -169,18 +94,7 @@ class InverterModel {
   }
 
   /// The legs go through a pattern.
-  constexpr void pass(const GatePattern& pattern, Legs& legs) const noexcept {
-    if (pattern.segments().empty()) (void)gated(gates_off, legs);
-    for (const GateSegment& segment : pattern.segments()) {
-      std::int32_t left_ns = segment.duration_ns;
-      do {
-        (void)gated(segment.state, legs);
-        const std::int32_t part_ns = holds(legs, left_ns);
-        let_pass(part_ns, legs);
-        left_ns -= part_ns;
-      } while (left_ns > 0);
-    }
-  }
+  constexpr void pass(const GatePattern& pattern, Legs& legs) const noexcept { timing_.pass(pattern, legs); }
 
  private:
   using Phases = std::array<T, 3>;
@@ -215,45 +129,14 @@ class InverterModel {
     return {v[0] - mean, v[1] - mean, v[2] - mean};
   }
 
-  /// A state is commanded: what the gate drivers make of it now.
-  constexpr SwitchState gated(SwitchState state, Legs& legs) const noexcept {
-    if (minimum_pulse_.acts()) {
-      minimum_pulse_.command(state, legs.pulses);
-      state = MinimumPulse::acting(legs.pulses);
-    }
-    command(state, legs);
-    return state;
-  }
-
-  /// How long that stays so, for most_ns at most. [ns]
-  [[nodiscard]] constexpr std::int32_t holds(const Legs& legs, std::int32_t most_ns) const noexcept {
-    return minimum_pulse_.acts() ? MinimumPulse::holds(legs.pulses, most_ns) : most_ns;
-  }
-
-  constexpr void let_pass(std::int32_t duration_ns, Legs& legs) const noexcept {
-    for (std::int32_t& dead_ns : legs.dead_ns) dead_ns = std::max<std::int32_t>(0, dead_ns - duration_ns);
-    if (minimum_pulse_.acts()) minimum_pulse_.pass(duration_ns, legs.pulses);
-  }
-
-  constexpr void command(SwitchState state, Legs& legs) const noexcept {
-    const SwitchState before = legs.commanded;
-    if (state == before) return;
-    const unsigned changes = (before.upper_switches() ^ state.upper_switches()) | state.legs_off();
-    for (unsigned n = 0; n < 3; ++n) {
-      const bool was_driven = (before.legs_off() >> n & 1U) == 0U;
-      if (was_driven && (changes >> n & 1U) != 0U) legs.dead_ns[n] = parameters_.dead_time_ns;
-    }
-    legs.commanded = state;
-  }
-
   /// Through a pattern, by these slopes of the currents by all but the inverter. [A/s]
   [[nodiscard]] constexpr Way through(const GatePattern& applied, const Course& course, const Phases& drift,
                                       Legs& legs) const noexcept {
     Way way{course.i_begin, drift, {}};
     for (const GateSegment& segment : applied.segments()) {
       for (std::int32_t left_ns = segment.duration_ns; left_ns > 0;) {
-        const SwitchState gates = gated(segment.state, legs);
-        std::int32_t part_ns = holds(legs, left_ns);
+        const SwitchState gates = timing_.command(segment.state, legs);
+        std::int32_t part_ns = timing_.holds(legs, left_ns);
         Commanded now{segment.state.upper_switches(), gates.upper_switches(), gates.legs_off()};
         for (unsigned n = 0; n < 3; ++n) {
           if (legs.dead_ns[n] == 0) continue;
@@ -261,7 +144,7 @@ class InverterModel {
           now.dead |= 1U << n;
         }
         go(way, now, course.u_dc, seconds(part_ns));
-        let_pass(part_ns, legs);
+        timing_.let_pass(part_ns, legs);
         left_ns -= part_ns;
       }
     }
@@ -396,7 +279,7 @@ class InverterModel {
   }
 
   Parameters parameters_;
-  MinimumPulse minimum_pulse_;
+  LegTiming timing_;
   bool is_ideal_;
   bool has_drops_;     ///< threshold or slope
   T inverse_leakage_;  ///< 1/σL_s [1/H]

@@ -20,16 +20,7 @@ class SamplingInstant {
   /// The measurement with the pattern between the sample before and its own; valid until the next call.
   [[nodiscard]] constexpr const Measurement<T>& step(const Measurement<T>& m) noexcept {
     if (lead_ns_ == 0) return m;
-    SegmentList all;
-    all.append(since_.segments());
-    all.append(m.applied.segments());
-    SegmentList end = all.cut_end(lead_ns_);
-    sampled_ = m;
-    sampled_.applied = GatePattern{m.applied.last_state(), 0};
-    since_ = {};
-    // Without room the volt-seconds are not known, as with gates off.
-    const bool fits = end.join(since_) && all.join(sampled_.applied);
-    if (!fits) sampled_.applied = GatePattern{gates_off, std::int32_t(m.applied.duration_ns())};
+    move_back(m);
     return sampled_;
   }
 
@@ -42,6 +33,20 @@ class SamplingInstant {
   [[nodiscard]] constexpr const GatePattern& since() const noexcept { return since_; }
 
  private:
+  /// The applied pattern, earlier by the lead, becomes that of the sample.
+  constexpr void move_back(const Measurement<T>& m) noexcept {
+    SegmentList all;
+    all.append(since_.segments());
+    all.append(m.applied.segments());
+    SegmentList end = all.cut_end(lead_ns_);
+    sampled_ = m;
+    sampled_.applied = GatePattern{m.applied.last_state(), 0};
+    since_ = {};
+    // Without room the volt-seconds are not known, as with gates off.
+    const bool fits = end.join(since_) && all.join(sampled_.applied);
+    if (!fits) sampled_.applied = GatePattern{gates_off, std::int32_t(m.applied.duration_ns())};
+  }
+
   std::int32_t lead_ns_;
   GatePattern since_{};
   Measurement<T> sampled_{};

@@ -13,9 +13,11 @@
 #include "sextant/core/nonblocking.hpp"
 #include "sextant/core/sampling_instant.hpp"
 #include "sextant/core/telemetry.hpp"
-#include "sextant/core/two_level_inverter.hpp"
 #include "sextant/drive/anti_jerk.hpp"
 #include "sextant/drive/available_torque.hpp"
+#include "sextant/drive/dc_link_mean.hpp"
+#include "sextant/drive/drive_output.hpp"
+#include "sextant/drive/drive_parameters.hpp"
 #include "sextant/drive/drive_state_machine.hpp"
 #include "sextant/drive/fault_memory.hpp"
 #include "sextant/drive/induction_motor.hpp"
@@ -27,80 +29,13 @@
 
 namespace sextant {
 
-/// Output of one control period.
-template <class T = double>
-struct DriveOutput {
-  GatePattern pattern{};
-  Telemetry<T> telemetry{};
-};
-
 /// The torque drive: protections, command supervision, state machine, torque monitor and the motor with its
 /// control, once a control period.
 template <class T = double, class Motor = InductionMotor<T>>
   requires MotorControl<Motor, T>
 class Drive {
  public:
-  struct Parameters {
-    std::int32_t period_ns{25'000};                    ///< control period [ns]
-    std::int32_t sampling_lead_ns{0};                  ///< from the sample of the currents to the period [ns]
-    bool magnetise_first{true};                        ///< build up the flux in MAGNETISING before torque [-]
-    std::int64_t magnetise_timeout_ns{1'000'000'000};  ///< MAGNETISING for longer is a fault [ns]
-    typename CommandSupervision<T>::Parameters command{};
-    typename Protection<T>::Parameters protection{};
-    typename Motor::Parameters motor{};
-    typename LinkVoltageBand<T>::Parameters low_voltage{};   ///< for motoring
-    typename LinkVoltageBand<T>::Parameters high_voltage{};  ///< for regenerating
-    typename TorqueMonitor<T>::Parameters torque_monitor{};
-    AntiJerkParameters<T> anti_jerk{};  ///< none by default
-    T ready_voltage{};  ///< of the link, below which STANDBY lasts while the gates are off [V]
-
-    [[nodiscard]] const char* validate() const noexcept {
-      if (period_ns <= 0) return "the control period must be above zero";
-      if (sampling_lead_ns < 0 || sampling_lead_ns > period_ns) {
-        return "the sampling lead must be from zero to the control period";
-      }
-      if (magnetise_timeout_ns <= 0) return "the time for magnetising must be above zero";
-      if (const char* problem = command.validate()) return problem;
-      if (const char* problem = protection.validate()) return problem;
-      if (const char* problem = motor.validate(timing())) return problem;
-      if (const char* problem = validate_bands()) return problem;
-      if (const char* problem = torque_monitor.validate()) return problem;
-      if (const char* problem = anti_jerk.validate()) return problem;
-      const T period_s = T(period_ns) * T(1e-9);
-      if (const char* problem = anti_jerk.validate_with(motor.inertia(), period_s)) return problem;
-      // Protections that count periods of another length would be silent.
-      return protection.period_ns == period_ns ? nullptr
-                                               : "the control periods of drive and protections differ";
-    }
-
-    /// The bands of the link voltage lie between its trip levels.
-    [[nodiscard]] const char* validate_bands() const noexcept {
-      if (const char* problem = low_voltage.validate()) return problem;
-      if (const char* problem = high_voltage.validate()) return problem;
-      if (!(ready_voltage >= T(0) && std::isfinite(ready_voltage)))
-        return "the link voltage from which on the drive is ready must be finite and not below zero";
-      if (low_voltage.is_wrong_below(protection.dc_under_voltage)) {
-        return "the link voltage without motoring torque must be from the under-voltage trip to below that "
-               "from which on it is whole";
-      }
-      if (high_voltage.is_wrong_above(protection.dc_over_voltage)) {
-        return "the link voltage without regenerating torque must be from above that up to which it is whole "
-               "to the over-voltage trip";
-      }
-      return nullptr;
-    }
-
-    /// The same, and whether these parts of the motor suit it: of an `InductionMotor` the controller.
-    template <class... Parts>
-    [[nodiscard]] const char* validate(const Parts&... parts) const noexcept
-      requires(sizeof...(Parts) > 0)
-    {
-      if (const char* problem = validate()) return problem;
-      return motor.validate_with(timing(), parts...);
-    }
-
-    [[nodiscard]] ControlTiming timing() const noexcept { return {period_ns, sampling_lead_ns}; }
-  };
+  using Parameters = DriveParameters<T, Motor>;
 
   /// `parts`: what the motor is constructed with beside its parameters, of an `InductionMotor` its
   /// controller, which is not owned and must outlive the drive. A pattern that does not fill the control
@@ -151,8 +86,8 @@ class Drive {
                   .magnetised = flux_ready,
                   .derated = command.derated || lags()});
 
-    const T i_dc = dc_link_mean(measurement);
-    if (usable) i_before_ = measurement.i_abc;
+    const T i_dc = dc_link_.at(measurement, parameters_.period_ns);
+    if (usable) dc_link_.begin_at(measurement.i_abc);
     const T steady = makes_torque(state_) ? command.torque : T(0);
     const MotorDemand<T> demand{
         .mode = control_mode(),
@@ -201,7 +136,7 @@ class Drive {
     protection_.continue_after(before.protection_);
     faults_ = before.faults_;
     last_t_ns_ = before.last_t_ns_;
-    i_before_ = before.i_before_;
+    dc_link_ = before.dc_link_;
     believed_ = before.believed_;
     state_ = before.state_;
   }
@@ -296,19 +231,6 @@ class Drive {
     return faults;
   }
 
-  /// Mean of the DC-link current since the last measurement. Over a gap of several periods the currents
-  /// before it count while the gates were driven, and the currents after it for the rest: with gates off they
-  /// decay within a fraction of a millisecond. [A]
-  [[nodiscard]] T dc_link_mean(const Measurement<T>& measurement) const noexcept {
-    const ThreePhase<T>& before = i_before_;
-    const ThreePhase<T>& now = measurement.i_abc;
-    const ThreePhase<T> mean{T(0.5) * (before.a + now.a), T(0.5) * (before.b + now.b),
-                             T(0.5) * (before.c + now.c)};
-    const GatePattern& applied = measurement.applied;
-    const bool is_gap = !applied.is_driven() && applied.duration_ns() > parameters_.period_ns;
-    return dc_link_current(applied, is_gap ? before : mean, is_gap ? now : mean);
-  }
-
   /// Command faults count only while the gates are on; all others always.
   [[nodiscard]] FaultSet present_faults(FaultSet measured, FaultSet missing_flux,
                                         const DriveRequest<T>& request,
@@ -377,11 +299,13 @@ class Drive {
   /// The motor's pattern of the coming period, or gates off where that does not fill it.
   [[nodiscard]] GatePattern control(const Measurement<T>& measurement, const MotorDemand<T>& demand,
                                     T dt) noexcept {
-    const GatePattern pattern = motor_.step(measurement, demand, dt);
-    if (pattern.duration_ns() == parameters_.period_ns) return pattern;
-    motor_.discard_pattern();
-    if (gates_are_on(state_)) trip(Fault::torque_plausibility);
-    return {gates_off, parameters_.period_ns};
+    GatePattern pattern = motor_.step(measurement, demand, dt);
+    if (pattern.duration_ns() != parameters_.period_ns) {
+      motor_.discard_pattern();
+      if (gates_are_on(state_)) trip(Fault::torque_plausibility);
+      pattern = {gates_off, parameters_.period_ns};
+    }
+    return pattern;
   }
 
   /// A fault that shows once the state of the period is decided: the gates are off in the same period.
@@ -465,8 +389,8 @@ class Drive {
   FaultMemory faults_{};
   std::optional<std::int64_t> last_t_ns_{};  ///< of the period before [ns]
   std::int64_t magnetising_left_ns_{0};      ///< until MAGNETISING is a fault [ns]
-  ThreePhase<T> i_before_{};                 ///< the last usable phase currents [A]
-  Measurement<T> believed_{};                ///< of the motor's last step
+  DcLinkMean<T> dc_link_{};
+  Measurement<T> believed_{};  ///< of the motor's last step
   DriveState state_{DriveState::init};
 };
 

@@ -89,7 +89,7 @@ class InductionMotor {
     const bool makes_torque = demand.mode == ControlMode::torque;
     const FluxDemand<T> flux{.torque = demand.steady_torque,
                              .omega_m = measurement.omega_m,
-                             .takes_most = demand.at_present_limit || !makes_torque,
+                             .needs_full_flux = demand.at_present_limit || !makes_torque,
                              .most = capability_.flux_share(demand.steady_torque)};
     const T target = optimal_flux_.step(flux, capability_, dt);
     const T held =

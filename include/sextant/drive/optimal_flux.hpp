@@ -20,10 +20,10 @@ enum class FluxOptimum : std::uint8_t {
 /// What `OptimalFlux` sees of one period.
 template <class T = double>
 struct FluxDemand {
-  T torque{};         ///< torque reference, within the available range [N·m]
-  T omega_m{};        ///< mechanical speed [rad/s]
-  bool takes_most{};  ///< flux is built up, or limits the torque: as much as the speed range allows
-  T most{T(1)};       ///< share that the voltage allows beside the torque, `TorqueCapability::flux_share` [-]
+  T torque{};              ///< torque reference, within the available range [N·m]
+  T omega_m{};             ///< mechanical speed [rad/s]
+  bool needs_full_flux{};  ///< flux is built up, or limits the torque: as much as the speed range allows
+  T most{T(1)};  ///< share that the voltage allows beside the torque, `TorqueCapability::flux_share` [-]
 };
 
 /// Flux reference by torque reference, as a share of the configured flux ψ. In steady state the flux ψ_s
@@ -113,7 +113,7 @@ class OptimalFlux {
   /// One period of dt [s]: the share of the flux reference. `capability` has made its step. [-]
   [[nodiscard]] T step(const FluxDemand<T>& demand, const TorqueCapability<T>& capability, T dt) noexcept {
     if (optimum_ == FluxOptimum::constant) return demand.most;
-    if (demand.takes_most) {
+    if (demand.needs_full_flux) {
       share_ = T(1);
       return demand.most;
     }

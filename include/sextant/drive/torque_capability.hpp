@@ -91,17 +91,17 @@ class TorqueCapability {
     inverse_voltage_ = before.inverse_voltage_;
     slip_ = before.slip_;
     is_fed_ = before.is_fed_;
-    is_easy_ = false;  // the next step takes both sides from the new limits
+    voltage_suffices_ = false;  // the next step takes both sides from the new limits
   }
 
   /// Takes over speed [rad/s] and link voltage [V]; `usable` is the share of the voltage's square that may be
   /// counted on. Of the searches for the two sides, in turn, a part is made in each step: a limit is at most
   /// `search_steps` old.
   void step(T omega_m, T u_dc, T usable) noexcept {
-    const bool was_easy = is_easy_;
+    const bool sufficed = voltage_suffices_;
     set(omega_m, u_dc, usable);
-    if (is_easy_) {
-      if (!was_easy) restart(full_);
+    if (voltage_suffices_) {
+      if (!sufficed) restart(full_);
     } else if (is_fed_) {
       continue_search();
     } else {
@@ -130,7 +130,7 @@ class TorqueCapability {
   /// more voltage than there is: √s at the smallest x with τ(x) = |torque|, by one iteration of Newton a
   /// step.
   [[nodiscard]] T flux_share(T torque) noexcept {
-    if (is_easy_) return T(1);
+    if (voltage_suffices_) return T(1);
     const std::size_t side = torque * omega_m_ < T(0) ? regenerating : motoring;
     const VoltageDemand<T> demand = demand_of(side);
     const T x = std::min(sides_[side].slip, slip_);  // in this order, which drops a NaN
@@ -145,7 +145,7 @@ class TorqueCapability {
   /// A relative slip at which a torque [N·m] within the available range needs no more voltage than there is,
   /// or which takes more flux than `flux_share`: `slip` itself, else that of the largest torque. [-]
   [[nodiscard]] T within_voltage(T torque, T slip) const noexcept {
-    if (is_easy_) return slip;
+    if (voltage_suffices_) return slip;
     const std::size_t side = torque * omega_m_ < T(0) ? regenerating : motoring;
     const T share = std::abs(torque) * inverse_twice_breakdown_;
     const bool suffices = share * demand_of(side).at(slip) * inverse_voltage_ <= slip;
@@ -154,7 +154,7 @@ class TorqueCapability {
 
  private:
   static constexpr T least_share = T(0.05);
-  static constexpr T easy = T(0.8);  // share of the voltage's square below which it is no limit
+  static constexpr T voltage_margin = T(0.8);  // share of the voltage's square below which it is no limit
   static constexpr std::size_t motoring = 0;
   static constexpr std::size_t regenerating = 1;
 
@@ -205,9 +205,10 @@ class TorqueCapability {
     is_fed_ = u_dc > T(0) && voltage > T(1) && std::isfinite(omega_m);
     // Motoring needs the most voltage, at its largest torque or without torque.
     const VoltageDemand<T> demand = demand_of(motoring);
-    is_easy_ = is_fed_ && demand.at(full_.slip) <= easy * voltage * (T(1) + full_.slip * full_.slip) &&
-               demand.without_torque() <= easy * voltage;
-    if (!is_easy_) inverse_voltage_ = is_fed_ ? T(1) / voltage : T(1);
+    voltage_suffices_ =
+        is_fed_ && demand.at(full_.slip) <= voltage_margin * voltage * (T(1) + full_.slip * full_.slip) &&
+        demand.without_torque() <= voltage_margin * voltage;
+    if (!voltage_suffices_) inverse_voltage_ = is_fed_ ? T(1) / voltage : T(1);
   }
 
   /// Both sides have one limit.
@@ -289,7 +290,7 @@ class TorqueCapability {
   T inverse_voltage_{1};  ///< (ψ/U)² [s²/rad²]
   T slip_{};              ///< of the torque of the last `flux_share` [-]
   bool is_fed_{true};
-  bool is_easy_{false};  ///< the voltage is no limit at all
+  bool voltage_suffices_{false};  ///< the voltage is no limit at all
 };
 
 }  // namespace sextant

@@ -88,7 +88,14 @@ class CurrentResponse {
     const SpaceVector<T> predicted_per_period = share * predicted;
     const T turned = T(0.5) * std::max(magnitude(emf - emf_), share * change.error_turn);
     const T explained = turned + magnitude(predicted_per_period - predicted_);
-    const Interval interval{periods, share, turned, explained, share * change.uncertainty};
+    const T uncertainty = share * change.uncertainty;
+    const Interval interval{.periods = periods,
+                            .share = share,
+                            .forget = std::min(T(1), periods * forget_),
+                            .explained = explained,
+                            .uncertainty = uncertainty,
+                            .of_w = T(2) * turned * turned,
+                            .of_p = T(4) * uncertainty * uncertainty};
     emf_ = emf;
     predicted_ = predicted_per_period;
     jump_ = T(0);
@@ -168,9 +175,11 @@ class CurrentResponse {
   struct Interval {
     T periods{};      ///< its length [-]
     T share{};        ///< 1/periods [-]
-    T turned{};       ///< |d|/2 [A]
+    T forget{};       ///< share of the sums that goes [-]
     T explained{};    ///< |d|/2 + |w| of the space vector: |y − w| up to it is no jump [A]
     T uncertainty{};  ///< of p [A]
+    T of_w{};         ///< |d|²/2: what is uncertain of w² [A²]
+    T of_p{};         ///< four times the square of the uncertainty of p [A²]
   };
 
   constexpr void step(State& s, T i, T predicted, const Interval& in) noexcept {
@@ -184,14 +193,13 @@ class CurrentResponse {
     const T jump = std::abs(y - w) - in.explained;
     jump_ = std::max(jump_, jump);
     if (jump > largest_jump_) return;
-    const T forget = std::min(T(1), in.periods * forget_);
-    s.sums.add(w, y, T(2) * in.turned * in.turned, in.periods, forget);
-    s.change_sums.add(predicted, change, T(4) * in.uncertainty * in.uncertainty, in.periods, forget);
+    s.sums.add(w, y, in.of_w, in.periods, in.forget);
+    s.change_sums.add(predicted, change, in.of_p, in.periods, in.forget);
   }
 
   [[nodiscard]] bool stands_still() const noexcept {
-    return std::all_of(phases_.begin(), phases_.end(),
-                       [this](const State& s) { return std::abs(s.i - s.still) <= step_; });
+    const auto stands = [this](const State& s) { return std::abs(s.i - s.still) <= step_; };
+    return stands(phases_[0]) && stands(phases_[1]) && stands(phases_[2]);
   }
 
   /// The readings begin to stand still.

@@ -51,13 +51,13 @@ class DirectionCheck {
   void step(const ThreePhase<T>& i, const ThreePhase<T>& volt_seconds, T u_dc, T omega_m, T dt) noexcept {
     volt_seconds_ += clarke(volt_seconds);
     u_dc_ = u_dc;
-    advance(clarke(i), omega_m, dt);
+    advance(i, omega_m, dt);
   }
 
   /// The same with voltages that are not known: the fluxes go on.
   void step_without_voltage(const ThreePhase<T>& i, T omega_m, T dt) noexcept {
     is_known_ = false;
-    advance(clarke(i), omega_m, dt);
+    advance(i, omega_m, dt);
   }
 
   /// dt [s] without a usable measurement: the gates are off, the speed is the last one.
@@ -91,10 +91,11 @@ class DirectionCheck {
     T error{};       ///< of E
   };
 
-  void advance(SpaceVector<T> i_s, T omega_m, T dt) noexcept {
+  void advance(const ThreePhase<T>& i, T omega_m, T dt) noexcept {
     omega_m_ = omega_m;
     seconds_ += dt;
     if (seconds_ + T(0.5) * dt < block) return;
+    const SpaceVector<T> i_s = clarke(i);
     const SpaceVector<T> mean_i = T(0.5) * (i_s + i_s_);
     const T forwards = power_of(forwards_, mean_i, omega_m);
     const T backwards = power_of(backwards_, mean_i, -omega_m);

@@ -74,7 +74,7 @@ class TorqueMonitor {
     // With gates off the current decays within a fraction of a millisecond.
     flux_.step(driven ? T(0.5) * (i_before + i_s_) : i_s_, omega_m, dt);
     note_decay(driven, dt);
-    if (!commanded) rest();
+    if (!commanded) reset_comparison();
     if (!driven) {
       follow_saturation();
       window_.clear();
@@ -101,7 +101,7 @@ class TorqueMonitor {
     follow_saturation();
     decay_s_ += dt;
     window_.clear();
-    rest();
+    reset_comparison();
   }
 
   /// Takes the limits of another one for the same machine and shares of its parameters; fluxes, means and
@@ -138,7 +138,7 @@ class TorqueMonitor {
     return std::max(parameters_.limit, parameters_.limit_share * std::abs(commanded));
   }
 
-  constexpr void rest() noexcept {
+  constexpr void reset_comparison() noexcept {
     reach_.reset();
     lags_ = false;
     violated_s_ = T(0);

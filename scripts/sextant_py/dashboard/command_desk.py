@@ -1,8 +1,8 @@
 """Who commands: one page at a time, with the token, as long as it renews its demand."""
 
-import math
 from typing import Any, Protocol
 
+from ..finite import is_finite
 from ..wrong_frames import WRONG
 from .access import Access
 from .vehicle import Vehicle
@@ -53,7 +53,7 @@ class CommandDesk:
     def demand(self, page: Page, message: dict[str, Any]) -> None:
         self.check_holder(page)
         torque, enable, reset = (message.get(name) for name in ("torque_nm", "enable", "fault_reset"))
-        if isinstance(torque, bool) or not isinstance(torque, (int, float)) or not math.isfinite(torque):
+        if isinstance(torque, bool) or not isinstance(torque, (int, float)) or not is_finite(torque):
             raise RefusedError("torque_nm must be a number.")
         if not isinstance(enable, bool) or not isinstance(reset, bool):
             raise RefusedError("enable and fault_reset must be true or false.")

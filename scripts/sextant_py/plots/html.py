@@ -1,6 +1,7 @@
 """Pictures as one interactive HTML file that needs no network: plotly with its script inside."""
 
 import html
+import itertools
 from pathlib import Path
 
 import numpy as np
@@ -163,11 +164,12 @@ def add_lanes(figure: Figure, lines: list[Line], row: int) -> None:
 
 
 def add_marks(figure: Figure, found: list[Mark], begin_s: float, end_s: float) -> None:
-    """Lines and spans through all panels, their texts above the first."""
+    """Lines and spans in every panel, but not in what stands between them; their texts in the first."""
     found = marks.within(found, begin_s, end_s)
-    for mark in found:
+    axes = [panel["axis"].replace("axis", "") for panel in figure.layout.meta["panels"]]
+    for mark, axis in itertools.product(found, axes):
         colour = marks.COLOURS[mark.kind]
-        across = {"yref": "paper", "y0": 0, "y1": 1, "xref": "x"}
+        across = {"yref": f"{axis} domain", "y0": 0, "y1": 1, "xref": "x"}
         if mark.end_s is not None:
             fill = {"fillcolor": faint(colour, 0.12), "line_width": 0, "layer": "below"}
             figure.add_shape(type="rect", x0=mark.begin_s, x1=mark.end_s, **fill, **across)
@@ -175,7 +177,7 @@ def add_marks(figure: Figure, found: list[Mark], begin_s: float, end_s: float) -
     for mark, text in marks.texts(found, end_s - begin_s):
         figure.add_annotation(
             x=mark.begin_s, xref="x", y=1, yref="y domain", text=html.escape(text), textangle=-90, showarrow=False,
-            xanchor="left", yanchor="top", font={"size": 11, "color": marks.COLOURS[mark.kind]},
+            xanchor="left", yanchor="top", font={"size": 11},
         )  # fmt: skip
 
 

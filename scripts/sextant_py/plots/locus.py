@@ -104,7 +104,7 @@ def draw_html(loci: list[Locus], quantity: str, title: str, output: Path) -> Non
             x=locus.alpha, y=locus.beta, mode="lines", name=locus.label, line={"width": 1} | html.style_of(number)
         )
     figure.update_layout(template="plotly_white", margin={"l": 60, "r": 20, "t": 20, "b": 50})
-    figure.update_layout(legend={"orientation": "h", "x": 0, "y": 1, "yanchor": "bottom"})
+    figure.update_layout(legend={"orientation": "h", "x": 0, "y": 1, "yanchor": "bottom"}, showlegend=len(loci) > 1)
     figure.update_xaxes(title_text=f"α [{UNITS[quantity]}]")
     figure.update_yaxes(title_text=f"β [{UNITS[quantity]}]", scaleanchor="x")
     html.save(figure, f"{title}: {NAMES[quantity]}", output)

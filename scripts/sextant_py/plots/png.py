@@ -141,7 +141,7 @@ def draw_marks(grid: list[Axes], found: Sequence[Mark], look: Look) -> None:
     for mark, text in marks.texts(found, end_s - begin_s, marks.NEAR / look.share):
         note = grid[0].annotate(
             text, (mark.begin_s, 1), xycoords=("data", "axes fraction"), xytext=(2, -3), textcoords="offset points",
-            rotation=90, ha="left", va="top", fontsize=8, color=look.colour(marks.COLOURS[mark.kind]),
+            rotation=90, ha="left", va="top", fontsize=8,
             bbox={"facecolor": grid[0].get_facecolor(), "alpha": 0.75, "linewidth": 0, "pad": 1},
         )  # fmt: skip
         note.set_in_layout(False)  # a long text takes no room from the panels

@@ -17,6 +17,7 @@ from ..signal_file import GroupRows
 
 # How names of signals end, by unit.
 SUFFIXES = {"N·m": "_nm", "Wb": "_wb", "rad/s": "_rad_s", "A": "_a", "V": "_v", "W": "_w", "J": "_j", "rad": "_rad"}
+TRACE = "trace"  # file of every run of sextant-mil
 STATISTIC = re.compile(r"(.*)_(mean|min|max)_(.+)")
 
 
@@ -100,7 +101,9 @@ class SeriesFile:
 
 
 def labels(paths: list[Path]) -> list[str]:
-    """The shortest ends of the paths that tell them apart."""
+    """The shortest ends of the paths that tell them apart. A trace alone has the name of its run's directory."""
+    if len(paths) == 1 and paths[0].stem == TRACE:
+        return [paths[0].resolve().parent.name]
     for count in range(1, max(len(path.parts) for path in paths) + 1):
         ends = ["/".join(path.parts[-count:]) for path in paths]
         if len(set(ends)) == len(paths):

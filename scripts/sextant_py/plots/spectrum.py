@@ -1,5 +1,6 @@
 """Amplitude spectra of signals, single-sided, in the signal's unit over frequency."""
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -56,7 +57,8 @@ def of_series(series: Series, window: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 def choose(file: SeriesFile) -> list[Series]:
-    """Torque and phase currents, of the drive where it has them."""
+    """Torque and phase currents, of the drive where it has them; and the plant's torque, which has the ripple within a
+    control period."""
     wanted = []
     for name, series in file.series.items():
         if name not in file.main:
@@ -66,7 +68,7 @@ def choose(file: SeriesFile) -> list[Series]:
         if (is_phase or is_torque) and not series.name.endswith(("_min_nm", "_max_nm")):
             wanted.append(series)
     own = {series.quantity for series in wanted if "/" not in series.name}
-    return [s for s in wanted if "/" not in s.name or s.quantity.rpartition("/")[2] not in own]
+    return [s for s in wanted if "/" not in s.name or s.unit == "N·m" or s.quantity.rpartition("/")[2] not in own]
 
 
 def compute(files: list[SeriesFile], wanted: list[str], window: str) -> list[Spectrum]:
@@ -98,6 +100,13 @@ def _abscissa(spectra: list[Spectrum]) -> str:
     return "Frequency [Hz]; " + "; ".join(dict.fromkeys(spectrum.about for spectrum in spectra))
 
 
+def _span(part: list[Spectrum]) -> tuple[float, float] | None:
+    """The amplitudes that a panel shows; None where all are zero."""
+    largest = max(float(spectrum.amplitude.max()) for spectrum in part)
+    smallest = min(float(np.median(spectrum.amplitude)) for spectrum in part)
+    return (max(smallest / 30, FLOOR * largest), 2 * largest) if largest > 0 else None
+
+
 def draw_png(spectra: list[Spectrum], title: str, output: Path) -> None:
     units = _by_unit(spectra)
     figure, grid = png.sheet(len(units), title, sharex=True)
@@ -106,13 +115,11 @@ def draw_png(spectra: list[Spectrum], title: str, output: Path) -> None:
             colour, style = png.style_of(number)
             points = envelope(spectrum.frequency_hz, spectrum.amplitude, 2 * png.MOST_POINTS)
             axes.plot(*points, style, color=colour, linewidth=0.9, alpha=0.8, label=spectrum.label)
-        largest = max(spectrum.amplitude.max() for spectrum in part)
-        if largest > 0:
+        if span := _span(part):
             axes.set_yscale("log")
-            smallest = min(np.median(spectrum.amplitude) for spectrum in part)
-            axes.set_ylim(max(smallest / 30, FLOOR * largest), 2 * largest)
+            axes.set_ylim(*span)
         axes.set_title(_heading(unit))
-        axes.margins(x=0)
+        axes.margins(x=0.01)  # the lines next to zero are not on the axis
         png.legend(axes)
     grid[-1].set_xlabel(_abscissa(spectra))
     png.save(figure, output)
@@ -127,6 +134,8 @@ def draw_html(spectra: list[Spectrum], title: str, output: Path) -> None:
             x, y = envelope(spectrum.frequency_hz, spectrum.amplitude, 2 * html.MOST_POINTS)
             shape = html.style_of(number) | {"width": 1.2}
             figure.add_scatter(x=x, y=y, mode="lines", name=spectrum.label, line=shape, row=row, col=1, **place)
-    figure.update_yaxes(type="log")
+        if span := _span(part):
+            ends = [math.log10(end) for end in span]
+            figure.update_yaxes(type="log", range=ends, exponentformat="power", dtick=1, row=row, col=1)
     figure.update_xaxes(title_text=_abscissa(spectra), row=len(units), col=1)
     html.save(figure, title, output)

@@ -15,7 +15,7 @@ import pyarrow
 from pyarrow import csv
 
 from ..append_file import AppendFile
-from ..csv_heading import refuse_separators, refuse_twice
+from ..csv_heading import CONTROL, refuse_control, refuse_separators, refuse_twice
 from ..errors import UserError
 from . import arrow_table, checksums
 from .model import (
@@ -100,6 +100,7 @@ class WholeLines(io.RawIOBase):
     """A text file up to its last complete line; of other origin whole, since its last line may have no end."""
 
     def __init__(self, path: Path, is_foreign: bool = False) -> None:
+        self._path, self._is_foreign = path, is_foreign
         self._file = path.open("rb")
         self.end = size = path.stat().st_size
         tail = b"\n" if is_foreign else b""
@@ -116,6 +117,8 @@ class WholeLines(io.RawIOBase):
 
     def readinto(self, buffer: Any) -> int:
         data = self._file.read(min(len(buffer), self.end - self._file.tell()))
+        if self._is_foreign and CONTROL.search(data):
+            refuse_control(self._path, self._path.read_bytes())
         buffer[: len(data)] = data
         return len(data)
 
@@ -215,17 +218,34 @@ class CsvSource:
         if not self._rows[name]:
             return
         group = self.groups[name]
+        checked: set[str] = set()  # columns with infinities that the file says
         with self._opened(name) as reader:
             for batch in reader:
                 arrow_table.check_cells(self._file(name), group, batch)
                 whole = arrow_table.block(group, batch)
+                for column in infinite_columns(group, whole) - checked:
+                    self._refuse_beyond_range(name, column)
+                    checked.add(column)
                 for begin in range(0, len(whole), rows):
                     yield whole[begin : begin + rows]
 
+    def _refuse_beyond_range(self, name: str, column: str) -> None:
+        """Refuses a number beyond the range of the column's type, which would be read as infinity."""
+        kind, row = np.dtype(self.groups[name].dtype[column]).type, 0
+        with self._opened(name, {column: pyarrow.string()}) as reader:
+            for batch in reader:
+                for cell in batch.column(0).to_pylist():
+                    row += 1
+                    if is_beyond_range(cell or "", kind):
+                        where = f"{self._file(name)}, row {row} of {name}"
+                        raise UserError(f'{where}: {column} must be a finite number, not "{cell}".')
+
     @contextmanager
-    def _opened(self, name: str) -> Iterator[csv.CSVStreamingReader]:
-        types = {field.name: field.type for field in arrow_table.schema(self.groups[name])}
-        types |= dict.fromkeys(self._bools, pyarrow.bool_())
+    def _opened(self, name: str, types: dict[str, pyarrow.DataType] | None = None) -> Iterator[csv.CSVStreamingReader]:
+        """types: of the columns that are read, where not all are as the group says."""
+        if types is None:
+            types = {field.name: field.type for field in arrow_table.schema(self.groups[name])}
+            types |= dict.fromkeys(self._bools, pyarrow.bool_())
         read = self._options(block_size=BLOCK_BYTES)
         convert = csv.ConvertOptions(column_types=types, include_columns=list(types), strings_can_be_null=False)
         try:
@@ -247,7 +267,9 @@ def _lines_of(path: Path) -> Iterator[tuple[int, str]]:
     """The lines of a file of other origin up to its heading, numbered, with any line end."""
     try:
         with path.open(encoding="utf-8-sig") as file:
-            yield from enumerate(file, 1)
+            for number, line in enumerate(file, 1):
+                refuse_control(path, line.encode(), number)
+                yield number, line
     except UnicodeDecodeError:
         raise not_utf8(path) from None
 
@@ -281,6 +303,20 @@ def not_utf8(path: Path) -> UserError:
             except UnicodeDecodeError:
                 return UserError(f"{path}, line {number}: this is no text in UTF-8; save the file in that encoding.")
     return UserError(f"{path} is no text in UTF-8; save it in that encoding.")
+
+
+def infinite_columns(group: Group, block: np.ndarray) -> set[str]:
+    floats = (column.name for column in group.columns if np.dtype(column.kind).kind == "f")
+    return {name for name in floats if np.isinf(block[name]).any()}
+
+
+def is_beyond_range(cell: str, kind: type[np.floating]) -> bool:
+    """Whether a cell says a finite number that its type does not hold."""
+    try:
+        with np.errstate(over="ignore"):
+            return bool(np.isinf(kind(float(cell)))) and "inf" not in cell.lower()
+    except ValueError:
+        return False
 
 
 def is_utf8(path: Path) -> bool:

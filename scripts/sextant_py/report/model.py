@@ -45,11 +45,6 @@ class Picture:
     variants: dict[tuple[bool, bool], str]
 
     @property
-    def is_fixed(self) -> bool:
-        """There is one variant alone."""
-        return len(set(self.variants.values())) == 1
-
-    @property
     def plain(self) -> str:
         return self.variants[False, False]
 

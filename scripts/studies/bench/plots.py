@@ -2,13 +2,14 @@
 cyclictest, and how late a command acts."""
 
 import numpy as np
-from matplotlib.ticker import NullFormatter
+from matplotlib.ticker import LogLocator, NullFormatter
 from sextant_py.plots.sheets import EXACT, PAPER, REFERENCE, SAMPLED, THIRD
 
 from studies.picture import Sheets
 
 from .histogram import Histogram
 
+FEW_TICKS = 300.0  # ratio of the ends of a logarithmic axis, below which its powers of ten are too few ticks
 PICTURES = Sheets()
 
 
@@ -21,11 +22,11 @@ def draw_growth(cost_us: dict[int, float], panels: np.ndarray) -> None:
     total = [n * cost_us[n] * 1e-3 for n in sizes]
     left.loglog(sizes, [n * alone * 1e-3 for n in sizes], color=REFERENCE, lw=0.8, label="N times one drive")
     left.loglog(sizes, total, "o", color=EXACT, label="measured")
-    left.set(title="all drives", ylabel="CPU time per simulated time")
+    left.set(title="all drives together", ylabel="CPU time per simulated time [s/s]")
     left.legend()
     right.semilogx(sizes, [cost_us[n] / alone for n in sizes], "o-", color=EXACT)
     right.axhline(1.0, color=REFERENCE, lw=0.8)
-    right.set(title="one of them", ylabel="cost of a drive / one alone", ylim=(0, 1.5))
+    right.set(title="each of them", ylabel="cost of a drive by that of one alone", ylim=(0, 1.5))
     for axes in (left, right):
         axes.set_xlabel("drives in the process, N")
         axes.set_xticks(sizes, [str(n) for n in sizes])
@@ -45,7 +46,9 @@ def draw_latency(wakes: dict[str, Histogram], commands: dict[str, Histogram], pa
         axes.set(title=title, xlabel="longer than [µs]", ylabel="part of all", xscale="log", yscale="log")
         if curves:
             axes.legend(loc="lower left", fontsize="small")
+        axes.autoscale_view()
+        left, right = axes.get_xlim()
+        axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5) if right < FEW_TICKS * left else (1,)))
         axes.xaxis.set_major_formatter("{x:g}")
         axes.xaxis.set_minor_formatter(NullFormatter())
-        axes.autoscale_view()
         axes.set_ylim(0.02 / max((h.count for h in curves.values()), default=1), 1.5)  # the legend is below

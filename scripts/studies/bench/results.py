@@ -18,11 +18,11 @@ PAGE = ROOT / "docs" / "performance.md"
 IMAGES = ROOT / "docs" / "images"
 PLOTS = {"growth": "growth.png", "live": "latency.png"}  # by stage, in the folder beside the results
 PERCENTILES = ("p50_us", "p99_us", "p99.9_us")
-PART = re.compile(r"^of it| beside it")  # of another distribution, which the page shows
-WITHOUT_TARGET = ("growth", "instructions")  # stages whose figures without a target the page shows too
+PART = re.compile(r"^of it| beside it| loop")  # of another distribution, which the page shows, or a peer
+MISSES_ALONE = ("scenarios",)  # stages whose figures the page shows where they miss their target
+WITHOUT_TARGET = ("growth",)  # stages whose figures without a target the page shows too
 LATENCY = (
-    "\n\n![Wake-up latency beside cyclictest, and command to gate](images/latency.png)\n\n"
-    "*The part of the wake-ups, and of the times from a command's frame to its first gate pattern, that take longer.*"
+    "\n\n![Wake-up latency beside cyclictest, and command to gate](images/latency.png)\n\n*The part that takes longer.*"
 )
 
 
@@ -79,9 +79,10 @@ def figure_rows(stages: Stages) -> tuple[list[tuple], list[tuple]]:
             target, shown = (text.replace(" x", " ×") for text in (f.target, f.shown))
             if f.verdict == NOT_MEASURED:
                 continue
-            if f.target:
-                with_target.append((measure, target, shown, f.verdict, f"`{name}`"))
-            elif name in WITHOUT_TARGET:
+            if f.target and (f.verdict == MISSED or name not in MISSES_ALONE):
+                missed = f", **{MISSED}**" if f.verdict == MISSED else ""
+                with_target.append((measure, target, shown + missed, f"`{name}`"))
+            elif not f.target and name in WITHOUT_TARGET:
                 without.append((measure, shown if f.verdict == PUBLISHED else f.verdict, f"`{name}`"))
     return with_target, without
 
@@ -108,7 +109,7 @@ def blocks(run: Run) -> dict[str, str]:
     with_target, without = figure_rows(run.stages)
     return {
         "run": run.origin.text,
-        "judged figures": page.table(("measure", "target", "figure", "verdict", "stage"), with_target, (0, 3, 4)),
+        "judged figures": page.table(("measure", "target", "figure", "stage"), with_target, (0, 3)),
         "published figures": page.table(("measure", "figure", "stage"), without, (0, 2)),
         "latency": latency(run.stages),
         "not measured": not_measured(run.stages),

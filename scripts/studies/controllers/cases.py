@@ -2,7 +2,6 @@
 
 import itertools
 from dataclasses import dataclass
-from pathlib import Path
 
 from sextant_py.paths import ROOT
 from sextant_py.sweep_file import Settings
@@ -47,11 +46,10 @@ class Case:
     method: str
     what: tuple
     settings: tuple  # of pairs of key and value
-    file: Path | None = None  # scenario; else the drive of configs/ecu.toml
 
     @staticmethod
-    def of(section: str, method: str, what: tuple, settings: Settings, file: Path | None = None) -> "Case":
-        return Case(section, method, what, tuple(settings.items()), file)
+    def of(section: str, method: str, what: tuple, settings: Settings) -> "Case":
+        return Case(section, method, what, tuple(settings.items()))
 
 
 def at(speed: float, torque: float, period_us: float) -> Settings:
@@ -91,13 +89,6 @@ def starts(method: str) -> list[Case]:
         }
         cases.append(Case.of("start", method, (limit,), settings))
     return cases
-
-
-def paper(method: str) -> list[Case]:
-    """The paper's scenarios 3.1 to 3.4, with the method in the place of the paper's."""
-    settings = {"mode": "sampled", "plant.integrator": "exact"}
-    files = sorted((ROOT / "configs/scenarios/paper").glob("3_[1-4]_*.toml"))
-    return [Case.of("paper", method, (file.stem,), settings, file) for file in files]
 
 
 def standstill(method: str) -> list[Case]:

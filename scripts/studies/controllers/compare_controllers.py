@@ -64,8 +64,7 @@ def measure(options: argparse.Namespace) -> Results:
         cases += controller_cases.starts(name)
         if not options.quick:
             cases += controller_cases.detuned(name, drive) + controller_cases.cycles(name)
-            cases += controller_cases.paper(name) + controller_cases.standstill(name)
-            cases += controller_cases.sensorless(name)
+            cases += controller_cases.standstill(name) + controller_cases.sensorless(name)
         run_all(name, cases)
     return results
 

@@ -32,7 +32,7 @@ def _draw(results: Results, section: str, file: Path) -> None:
         for number, method in enumerate(results.methods):
             ax = axes[number // columns][number % columns]
             speeds, torques, grid = _values(results, section, method)
-            image = ax.imshow(grid, origin="lower", aspect="auto", cmap="viridis", norm=LogNorm(0.05, 10))
+            image = ax.imshow(grid, origin="lower", aspect="auto", cmap="viridis", norm=LogNorm(0.02, 5))
             ax.set_xticks(range(0, len(speeds), 2), [f"{s:g}" for s in speeds[::2]])
             ax.set_yticks(range(len(torques)), [f"{t:g}" for t in torques])
             period = 25 if section == "sampling" else results.periods_us[method]
@@ -42,7 +42,7 @@ def _draw(results: Results, section: str, file: Path) -> None:
                 ax.set_ylabel("torque [N·m]")
         for number in range(count, rows * columns):
             axes[number // columns][number % columns].set_visible(False)
-        figure.colorbar(image, ax=axes, label="torque ripple, RMS [N·m]")
+        figure.colorbar(image, ax=axes, extend="min", label="torque ripple, RMS [N·m]")
         figure.suptitle(TITLES[section], x=0.01, ha="left")
 
 
@@ -81,6 +81,7 @@ def _radar(results: Results, file: Path) -> None:
             ax.set_xticks(angles, axes_of, fontsize=7.5)
             ax.set_ylim(0, 1)
             ax.set_yticks((0.25, 0.5, 0.75, 1), ("", "", "", ""))
+            ax.tick_params(axis="x", pad=7)  # the names of the axes stand clear of the circle
             ax.set_title(method, loc="center", pad=14)
         figure.suptitle(
             "each axis: the best of all methods outside, a tenth as good in the centre", x=0.01, ha="left", fontsize=10

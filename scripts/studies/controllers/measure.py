@@ -91,7 +91,7 @@ class Bench:
     def _run(self, case: Case) -> Record:
         settings = dict(case.settings) | {"control.controller": case.method}
         record = Record(case.section, case.method, list(case.what))
-        ended = run_of(self.mil, case.file or self.scenario, settings, TIME_LIMIT_S)
+        ended = run_of(self.mil, self.scenario, settings, TIME_LIMIT_S)
         summary = ended.summary
         if summary is None:
             record.reason = ended.said

@@ -13,7 +13,6 @@ from .measure import Record, Results
 TEMPLATE = Path(__file__).with_name("page.md")
 Value = Callable[[str], object]
 SHORT = ("sampling", "switching", "start")  # what --quick measures
-PAPER = (("torque_error_rms_nm", 2), ("response_time_ms", 1), ("peak_current_a", 0))
 
 
 def _by_method(results: Results, rows: Iterable[tuple[str, Value]]) -> str:
@@ -47,12 +46,10 @@ def _section(results: Results, section: str) -> str:
 
     rows: list[tuple[str, Value]] = [
         ("torque ripple, RMS [N·m]", of("torque_ripple_rms_nm", 2)),
-        ("torque ripple, peak to peak [N·m]", of("torque_ripple_pp_nm", 2)),
         ("torque ripple, RMS, worst [N·m]", worst("torque_ripple_rms_nm", 2)),
         ("bias of the mean torque, worst [N·m]", worst("torque_bias_nm", 3)),
         ("95 % of the step after [ms]", of("response_time_ms", 2)),
         ("switching frequency [kHz]", of("switching_frequency_hz", 1, 1e-3)),
-        ("… least and most [kHz]", lambda m: _kilohertz(results, section, m)),
         ("current THD [%]", of("current_thd_percent", 2)),
     ]
     if section == "switching":
@@ -64,12 +61,6 @@ def is_available(record: Record) -> bool:
     """The command was within the published torque, so that the reference is the command."""
     speed, torque = record.what
     return abs(torque) < (published(record.metrics, speed, torque) or 0.0)
-
-
-def _kilohertz(results: Results, section: str, method: str) -> str:
-    values = [r.metrics.get("switching_frequency_hz") for r in results.of(section, method) if not r.reason]
-    found = [value / 1e3 for value in values if value is not None]
-    return f"{figure(min(found), 1)}–{figure(max(found), 1)}" if found else "–"
 
 
 def _starts(results: Results) -> str:
@@ -109,11 +100,6 @@ def flux_error(record: Record) -> float:
     return (most - least) / (most + least)
 
 
-def _paper(results: Results) -> str:
-    scenarios = sorted({record.what[0] for method in results.methods for record in results.of("paper", method)})
-    return _by_method(results, ((f"`{s}`", _of(results, "paper", (s,), *PAPER)) for s in scenarios))
-
-
 def _sensorless(results: Results) -> str:
     """The worst of each method over the points."""
 
@@ -140,19 +126,15 @@ def _cycle(results: Results) -> str:
 
 
 def _flux(results: Results) -> str:
-    def net(method: str, optimum: str) -> str:
-        ways = [results.metric("cycle", method, (optimum,), f"energy_{way}_link_j") for way in ("from", "to")]
-        return "–" if None in ways else figure((ways[0] - ways[1]) / 1e3, 1)
-
     def row(method: str, optimum: str) -> tuple:
         def of(*metric: object) -> str:
             return _of(results, "cycle", (optimum,), metric)(method)
 
         error, switching = of("torque_error_rms_nm", 3), of("switching_frequency_hz", 1, 1e-3)
-        return f"`{method}`, `{optimum}`", of("energy_copper_j", 1, 1e-3), net(method, optimum), error, switching
+        return f"`{method}`, `{optimum}`", of("energy_copper_j", 1, 1e-3), error, switching
 
     methods = (m for m in results.methods if len(results.of("cycle", m)) == len(OPTIMA))
-    heads = ("", "copper loss [kJ]", "net energy from the link [kJ]", "torque error, RMS [N·m]", "switching [kHz]")
+    heads = ("", "copper loss [kJ]", "torque error, RMS [N·m]", "switching [kHz]")
     return table(heads, (row(method, optimum) for method in methods for optimum in OPTIMA))
 
 
@@ -177,7 +159,6 @@ def tables(results: Results) -> dict[str, str]:
         "sampling": _section(results, "sampling"),
         "switching": _section(results, "switching"),
         "start": _starts(results),
-        "paper": _paper(results),
         "detuned": _detuned(results),
         "sensorless": _sensorless(results),
         "flux": _flux(results),

@@ -56,4 +56,4 @@ def draw(curves: Curves, file: Path) -> None:
             current.set_xlabel("time after the step [ms]")
         axes[0][0].legend(loc="lower right")
         axes[0][0].set_ylabel("torque [N·m]")
-        axes[1][0].set_ylabel("current a at the\ncontrol instants [A]")
+        axes[1][0].set_ylabel("current of phase a at the\ncontrol instants [A]")

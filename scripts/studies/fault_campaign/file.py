@@ -12,7 +12,6 @@ from sextant_py.control_methods import METHODS
 from sextant_py.short_run import summary_of
 from sextant_py.sweep_file import Settings
 
-from studies.page import counted
 from studies.parallel import in_order, progress_of
 from studies.plant_faults import FAULTS, HARMLESS, MISSED, REFUSED, SPEED_CHANGE, PlantFault, leaving_speed, of_a_trip
 from studies.published import mean_and_due, published
@@ -171,10 +170,6 @@ class Campaign:
 
 def chosen_methods(wanted: str | None, own: str) -> list[str]:
     return [own] if wanted is None else list(METHODS) if wanted == "all" else wanted.split(",")
-
-
-def size_of(found: Found, seeds: int) -> str:
-    return f"{counted(seeds, 'seed')} at {len(PLACES)} operating points: {counted(len(found.runs), 'run')}."
 
 
 def wrong(found: list[dict]) -> list[dict]:

@@ -6,11 +6,11 @@ from sextant_py.control_methods import METHODS
 from sextant_py.sweep_file import toml_value
 
 from studies.machine_library.points import Machine, read_library
-from studies.page import table
+from studies.page import counted, table
 from studies.plant_faults import MISSED, OTHERWISE, REFUSED, injections_table
 
 from .false_trips import Hours
-from .file import STEADY, Campaign, Found, cases, size_of
+from .file import PLACES, STEADY, Campaign, Found, cases
 from .page import trip_list
 
 MACHINES = ("marathon_quarter_hp", "motulator_2k2", "modelica_24k", "mathworks_215hp")
@@ -82,8 +82,9 @@ def tables(found: Found) -> str:
 
 def blocks(found: Found, seeds: int) -> dict[str, str]:
     """By mark of the page."""
+    size = f"{counted(seeds, 'seed')} at {len(PLACES)} operating points: {counted(len(found.runs), 'run')}."
     return {
-        "library size": size_of(found, seeds),
+        "library size": size,
         "library": injections_table(found.runs, with_latest=False),
         "library methods": methods_table(found.runs),
         "library hours": trip_list(found.hours),

@@ -16,14 +16,15 @@ def _time(ms: float) -> str:
 
 
 def fault_table(faults: list[dict]) -> str:
-    head = ("injection", "fault", "observable", "worst reaction", "bound", "since cause [ms]")
+    head = ("injection", "fault", "observable", "worst reaction", "since cause [ms]")
     rows = [
         (
             one["name"],
             one["fault"],
             one["observable"],
-            _time(one["reaction_ms"]) + (f", **{one['missed']} missed**" if one["missed"] else ""),
-            _time(one["bound_ms"]) + (" **late**" if one["late"] else ""),
+            _time(one["reaction_ms"])
+            + (f", **{one['missed']} missed**" if one["missed"] else "")
+            + (f", **{one['late']} later than {_time(one['bound_ms'])}**" if one["late"] else ""),
             f"{one['since_cause_ms']:.4g}",
         )
         for one in faults
@@ -48,9 +49,9 @@ def _driven(one: Hours) -> str:
 
 def write(page: Path, seeds: int, faults: list[dict], hours: list[Hours]) -> None:
     """Puts the tables into the page."""
-    names = ("runs", "missed", "runs_inside", "trips_inside")
-    runs, missed, inside, trips = (sum(one[name] for one in faults) for name in names)
+    names = ("runs", "missed", "late", "runs_inside", "trips_inside")
+    runs, missed, late, inside, trips = (sum(one[name] for one in faults) for name in names)
     size = f"{counted(seeds, 'seed')} at 3 operating points, with ideal and with real sensors: {counted(runs, 'run')}, "
-    size += f"{missed} missed.\n"
+    size += f"{missed} missed, {late} later than their bounds.\n"
     size += f"Just inside the limits: {inside} runs, {trips} trips."
     put_into(page, {"size": size, "faults": fault_table(faults), "trips": trip_list(hours)})

@@ -2,7 +2,6 @@
 
 import re
 from collections import Counter
-from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from sextant_py.control_methods import METHODS
@@ -30,33 +29,26 @@ def kinds_by_machine(results: Results) -> dict[str, Counter]:
     return found
 
 
-def by_machine(results: Results, head: Iterable[str], cells: Callable[[Counter], Iterable[object]]) -> str:
-    """A row of each machine, and one of all; cells: of what kinds_by_machine has of a row."""
+def scenario_table(results: Results, name: str) -> str:
+    """Of a scenario, or of the points, by machine."""
+    kinds = (*OUTCOMES, NEEDLESS) if name == POINTS else OUTCOMES
     found, rows = kinds_by_machine(results), []
     for m in results.machines:
         size = (f"{m['power_w'] / 1e3:.3g}", f"{m['voltage']:.0f}", m["poles"])
-        rows.append((m["name"], *size, *cells(found[m["id"]])))
-    rows.append(("**all**", "", "", "", *cells(sum(found.values(), Counter()))))
-    return table(("machine", "kW", "V", "poles", *head), rows)
-
-
-def scenario_table(results: Results, name: str) -> str:
-    """Of a scenario, or of the points."""
-    kinds = (*OUTCOMES, NEEDLESS) if name == POINTS else OUTCOMES
-    return by_machine(results, kinds, lambda found: (found[name, kind] for kind in kinds))
+        rows.append((m["name"], *size, *(found[m["id"]][name, kind] for kind in kinds)))
+    total = sum(found.values(), Counter())
+    rows.append(("**all**", "", "", "", *(total[name, kind] for kind in kinds)))
+    return table(("machine", "kW", "V", "poles", *kinds), rows)
 
 
 def overview_table(results: Results) -> str:
-    """Every scenario."""
-    names = (POINTS, *scenarios.NAMES)
-
-    def cells(found: Counter) -> Iterable[object]:
-        for name in names:
-            right, derated, refused, tripped, wrong = (found[name, kind] for kind in OUTCOMES)
-            yield f"{right}/{derated}/{refused}/{tripped + wrong}"
-        yield found[POINTS, NEEDLESS]
-
-    return by_machine(results, (*names, NEEDLESS), cells)
+    """Every scenario, over all machines."""
+    found, rows = sum(kinds_by_machine(results).values(), Counter()), []
+    for name in (POINTS, *scenarios.NAMES):
+        right, derated, refused, tripped, wrong = (found[name, kind] for kind in OUTCOMES)
+        needless = found[name, NEEDLESS] if name == POINTS else "–"
+        rows.append((name, right, derated, needless, refused, tripped + wrong))
+    return table(("", "right", "derated", "of them without need", "refused", "not right"), rows)
 
 
 def methods_table(results: Results) -> str:

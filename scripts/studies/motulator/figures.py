@@ -16,8 +16,8 @@ def _panel(axes, curves: dict, period_us: str) -> None:
         axes.fill_between(one["end_ms"], one["min"], one["max"], step="pre", color=colour, alpha=0.25, linewidth=0)
         half_ms = 0.5e-3 * float(period_us)
         middle = [end - half_ms for end in one["end_ms"]]
-        axes.plot(middle, one["mean"], color=colour, linewidth=1.4, label=label)
-    axes.axhline(0.95 * SHOWN[1], color="grey", linewidth=0.8, linestyle="--")
+        axes.plot(middle, one["mean"], color=colour, linewidth=1.4, label=f"{label}: mean, range")
+    axes.axhline(0.95 * SHOWN[1], color="grey", linewidth=0.8, linestyle="--", label="95 % of the step")
     axes.set_title(f"control period {period_us} µs")
     axes.set_xlabel("time after the step [ms]")
 

@@ -126,7 +126,6 @@ def write(results: Results, docs: Path) -> list[Path]:
             apart=_apart(results),
             **_of_version(results.motulator_version),
             largest=_largest(results),
-            values=_values(results),
             dynamics=_dynamics(results, every=False),
         ),
     )

@@ -60,7 +60,7 @@ def ripple(numbers: Numbers, panels: np.ndarray) -> None:
     over_speed.minorticks_off()
     over_speed.set(ylim=(0.5, 60), xlim=(0, 122), title="Ripple, peak to peak")
     over_speed.set(xlabel="Speed [rad/s]", ylabel="Ripple [N·m]")
-    over_speed.legend(loc="upper left", ncols=2, fontsize=8)
+    over_speed.legend(loc="upper left", ncols=2, fontsize=7.5, columnspacing=1.0, handlelength=1.6)
     draw(limit, numbers, "limit_speed/", "o-", EXACT, "measured: ripple below 0.96 N·m")
     draw(limit, numbers, "limit_speed_calculated/", "--", PAPER, "calculated: weakest vector still holds")
     limit.set(xlim=(0, 134), ylim=(0, 100), title="Speed up to which the ripple is the band")

@@ -28,7 +28,8 @@ COLOURS = LinearSegmentedColormap.from_list(
 PLAIN = {BRIEF: "#ffe8a3", TRIPPED: "#b9a3d0", OFF: "#d4d4d4", FAILED: "#000000"}
 SHOWN_SPEEDS = (-400, -200, -100, -35, 0, 35, 100, 200, 400)
 ANALYTIC = {"color": "#111111", "linestyle": "--", "linewidth": 1}
-MARKS = (("#e08e2b", "s"), ("#1b4f9c", "o"), ("#4a9a5a", "^"))  # of the drives
+# Colour, mark and its size of the drives; those that publish the same are seen around each other.
+MARKS = (("#e08e2b", "s", 8.0), ("#1b4f9c", "o", 5.5), ("#4a9a5a", "^", 3.0))
 Maps = dict[str, Results]
 
 
@@ -96,10 +97,18 @@ def _legend(figure: Figure) -> None:
     ):
         colour = "#1c7c3c" if marker == "." else "#000000"
         handles.append(Line2D([], [], linestyle="", marker=marker, color=colour, markersize=5, label=label))
-    handles.append(Line2D([], [], color="#333333", linewidth=0.8, label="stator frequency zero"))
+    handles += _lines()
     figure.legend(
-        handles=handles, loc="outside lower center", ncols=7, fontsize=7, columnspacing=1.2, handletextpad=0.5
+        handles=handles, loc="outside lower center", ncols=8, fontsize=6.8, columnspacing=0.9, handletextpad=0.4
     )
+
+
+def _lines() -> list[Line2D]:
+    """The entries of a legend for what _mark_zero_frequency draws."""
+    return [
+        Line2D([], [], color="#333333", linewidth=0.8, label="stator frequency zero"),
+        Line2D([], [], color="#333333", linewidth=0.8, linestyle=":", label=f"±{UNOBSERVABLE_RAD_S:g} rad/s"),
+    ]
 
 
 def grid(
@@ -169,7 +178,7 @@ def surroundings(maps: Maps, file: Path) -> None:
 def share_of_silent(maps: Maps, file: Path) -> None:
     """In how many of all sets a point is silently wrong."""
     image = None
-    with _maps(file, 1, len(maps), 2.9) as (figure, panels):
+    with _maps(file, 1, len(maps), 3.1) as (figure, panels):
         for axes, results in zip(panels[0], maps.values(), strict=True):
             letters = np.array([[list(row) for row in one.outcomes] for one in results.maps])
             share = 100 * (letters == SILENT).mean(axis=0)
@@ -182,6 +191,7 @@ def share_of_silent(maps: Maps, file: Path) -> None:
         panels[0][0].set_ylabel("command [N·m]")
         bar = figure.colorbar(image, ax=panels, pad=0.01)
         bar.set_label("sets in which the point\nis silently wrong [%]", fontsize=8)
+        figure.legend(handles=_lines(), loc="outside lower center", ncols=2, fontsize=7)
 
 
 def capability(maps: Maps, file: Path) -> None:
@@ -191,14 +201,14 @@ def capability(maps: Maps, file: Path) -> None:
     names = [*(results.label for results in maps.values()), f"analytic, limits of {maps[GUARANTEED].label}"]
     with picture(file, 1, 2, (WIDTH, 3.6), sharey=True) as (figure, (panels,)):
         for axes, direction, sign in zip(panels, ("motoring", "regenerating"), (1, -1), strict=True):
-            for results, (colour, marker) in zip(maps.values(), MARKS, strict=False):
+            for results, (colour, marker, size) in zip(maps.values(), MARKS, strict=False):
                 published = [math.nan if value is None else value for value in results.capability[direction]]
-                axes.plot(results.speeds, published, color=colour, marker=marker, markersize=3.5, linewidth=1)
+                axes.plot(results.speeds, published, color=colour, marker=marker, markersize=size, linewidth=1)
             axes.plot(speeds, [largest_torque(limits, abs(speed), sign) for speed in speeds], **ANALYTIC)
             axes.set_title(direction)
             axes.set_xlabel("speed [rad/s]")
         panels[0].set_ylabel("available torque [N·m]")
-        figure.legend(panels[0].lines, names, loc="outside lower center", ncols=3, fontsize=8.5)
+        figure.legend(panels[0].lines, names, loc="outside lower center", ncols=4, fontsize=8.5)
 
 
 PICTURES: dict[str, Callable[[Maps, Path], None]] = {

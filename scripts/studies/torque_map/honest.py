@@ -8,7 +8,7 @@ from pathlib import Path
 from sextant_py.sweep_file import Settings
 
 from studies import honest_drive
-from studies.page import filled, table
+from studies.page import filled
 
 from . import figures
 from . import file as torque_map_file
@@ -18,7 +18,7 @@ from . import page as torque_map_page
 from .drive import Drive
 from .kinds import WEAKENING_RAD_S, Kind
 from .points import Conditions
-from .results import SILENT, MapOf, Results
+from .results import Results
 from .run import Lab
 from .scale import SHIPPED
 
@@ -147,39 +147,6 @@ def kinds() -> list[Kind]:
     ]
 
 
-def sets_table(maps: dict[str, Results]) -> str:
-    """Silently wrong points of each set, near standstill and above."""
-    head = ("drive", "set", f"wrong, up to {SLOW_RAD_S} rad/s", "wrong, above", "largest deviation of the others above")
-    rows = [
-        (results.label, _name(one.conditions), *_counts(results, one), _largest(results, one))
-        for results in maps.values()
-        for one in results.maps
-    ]
-    return table(head, rows, left=(0, 1))
-
-
-def _name(conditions: Conditions) -> str:
-    return conditions.label if conditions != Conditions() else "as found"
-
-
-def _counts(results: Results, one: MapOf) -> tuple[int, int]:
-    columns = [
-        (abs(speed) <= SLOW_RAD_S, [row[k] for row in one.outcomes].count(SILENT))
-        for k, speed in enumerate(results.speeds)
-    ]
-    return sum(count for slow, count in columns if slow), sum(count for slow, count in columns if not slow)
-
-
-def _largest(results: Results, one: MapOf) -> str:
-    values = [
-        value
-        for letters, row in zip(one.outcomes, one.deviations, strict=True)
-        for speed, letter, value in zip(results.speeds, letters, row, strict=True)
-        if letter != SILENT and abs(speed) > SLOW_RAD_S and value is not None
-    ]
-    return f"{max(values):.3g} N·m" if values else "–"
-
-
 def fields(maps: dict[str, Results]) -> dict[str, str]:
     """What the template names."""
     return {
@@ -190,9 +157,7 @@ def fields(maps: dict[str, Results]) -> dict[str, str]:
         "torques": ", ".join(f"{value:g}" for value in TORQUES if value >= 0),
         "warm": f"{WARM:g}",
         "counts": torque_map_page.counts_table(maps),
-        "sets": sets_table(maps),
         "kinds": torque_map_kinds.kinds_table(maps.values(), kinds),
-        "faults": torque_map_page.faults_table(maps),
     }
 
 

@@ -9,13 +9,11 @@ from .capability import worst_difference
 from .drive import GUARANTEED
 from .points import L_M, R_R, R_S
 from .results import MEANING, RIGHT, SILENT, UNOBSERVABLE_RAD_S, UNSEEN, MapOf, Results, beyond_r_s, trips
-from .scale import SHIPPED, SPEEDS, TORQUES
-from .steady import cases
+from .scale import SPEEDS, TORQUES
 
 Maps = dict[str, Results]
 
 TEMPLATE = Path(__file__).with_name("page.md")
-DETUNES = {"machine": "of the machine", "estimate": "believed"}
 
 
 def _numbers(values: tuple[float, ...]) -> str:
@@ -38,29 +36,6 @@ def faults_table(maps: Maps) -> str:
     return table(
         ("first fault", *(results.label for results in maps.values())), ((n, *(one[n] for one in found)) for n in names)
     )
-
-
-def _of_steady(entry: dict | None) -> str:
-    if entry is None or entry["torque_nm"] is None:
-        return "–"
-    if entry["fault"]:
-        return f"trips: {entry['fault']}"
-    if entry["gates_off"]:
-        return f"{entry['torque_nm']:.1f}, gates off"
-    return f"{entry['torque_nm']:.1f}/{entry['ripple_nm']:.0f}"
-
-
-def steady_table(maps: Maps) -> str:
-    rows = []
-    for detune, whose in DETUNES.items():
-        for factor, speed in cases(detune):
-            entries = []
-            for results in maps.values():
-                wanted = (factor, speed, detune)
-                same = (e for e in results.steady if (e["r_s"], e["speed"], e["detune"]) == wanted)
-                entries.append(_of_steady(next(same, None)))
-            rows.append((f"×{factor:g}, {whose}", f"{speed:g}", *entries))
-    return table(("$R_s$", "speed [rad/s]", *(results.label for results in maps.values())), rows)
 
 
 def worst(results: Results) -> str:
@@ -117,9 +92,6 @@ def fields(maps: Maps) -> dict[str, str]:
     return {
         "files": ", ".join(f"`{name}.json`" for name in maps),
         "versions": "; ".join(f"{r.label}: {r.version}, {r.commit[:10]}" for r in all_maps),
-        "step": f"{SHIPPED.step_s:g}",
-        "from": f"{SHIPPED.from_s:g}",
-        "end": f"{SHIPPED.end_s:g}",
         "speeds": _numbers(SPEEDS[len(SPEEDS) // 2 :]),
         "torques": _numbers(TORQUES[len(TORQUES) // 2 :]),
         "r_s": _numbers(R_S),
@@ -134,7 +106,6 @@ def fields(maps: Maps) -> dict[str, str]:
         "resistance": resistance_table(maps),
         "faults": faults_table(maps),
         "capability": capability_sentence(maps),
-        "steady": steady_table(maps),
     }
 
 

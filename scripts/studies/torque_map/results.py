@@ -85,7 +85,6 @@ class Results:
     torques: list[float]
     maps: list[MapOf]
     capability: dict = field(default_factory=dict)
-    steady: list[dict] = field(default_factory=list)
     left_out: list[str] = field(default_factory=list)
     told: str = ""  # of what was identified
 

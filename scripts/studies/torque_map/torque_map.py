@@ -19,7 +19,7 @@ from studies.command import made
 from . import counts as torque_map_counts
 from . import drive as torque_map_drive
 from . import file as torque_map_file
-from . import honest, page, points, steady
+from . import honest, page, points
 from . import measure as torque_map_measure
 from .points import Conditions
 from .results import FAILED, MEANING, SILENT, Results
@@ -95,7 +95,6 @@ def measure(options: argparse.Namespace) -> Results:
     results = torque_map_measure.measured(lab, sets, speeds, torques, options.jobs, options.restart)
     if not options.quick:
         results.capability = torque_map_measure.capability(lab, speeds)
-        results.steady = [] if options.file else steady.measure(lab, options.jobs)
     return results
 
 

@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import math
 import subprocess
 from dataclasses import dataclass
 from pathlib import Path
@@ -34,6 +35,7 @@ SERIES = {
 SHAFTS = {"free_shaft": "Shaft follows the torques", "constant_speed": "Constant speed"}
 # Where the labels of a series stand, in points from their marks.
 OFFSETS = {"fixed": (7, -4, "left"), "exact": (7, 3, "left"), "erk": (7, 3, "left")}
+CLOSE = 0.1  # decades
 BESIDE = {"cvode": (-6, -10, "right"), "cvode_bdf": (7, 2, "left")}
 
 
@@ -62,6 +64,21 @@ def label(point: dict) -> str:
     return point["setting"].removeprefix("default, ").replace(" us", " µs").replace("1e-0", "1e-")
 
 
+def close_points(points: list[dict]) -> list[list[dict]]:
+    """Neighbours whose labels would stand on each other, together."""
+
+    def apart(one: dict, other: dict) -> float:
+        return max(abs(math.log10(one[key] / other[key])) for key in ("torque_error_nm", "cpu_s_per_simulated_s"))
+
+    groups: list[list[dict]] = []
+    for point in points:
+        if groups and apart(groups[-1][-1], point) < CLOSE:
+            groups[-1].append(point)
+        else:
+            groups.append([point])
+    return groups
+
+
 def draw_series(axes: Axes, panel: dict, integrator: str) -> None:
     name, colour, marker = SERIES[integrator]
     points = points_of(panel, integrator)
@@ -70,9 +87,10 @@ def draw_series(axes: Axes, panel: dict, integrator: str) -> None:
     axes.loglog(x, y, color=colour, marker=marker, markersize=5.5, linewidth=1.2, label=name)
     dx, dy, side = (OFFSETS | BESIDE)[integrator]
     written = {"erk": points, "fixed": points[:1], "exact": points[:1]}.get(integrator, points)
-    for point in written:
-        position = (point["torque_error_nm"], point["cpu_s_per_simulated_s"])
-        axes.annotate(label(point), position, (dx, dy), textcoords="offset points", ha=side, fontsize=7.5, color=colour)
+    for group in close_points(written):
+        position = (group[0]["torque_error_nm"], group[0]["cpu_s_per_simulated_s"])
+        text = ", ".join(label(point) for point in group)
+        axes.annotate(text, position, (dx, dy), textcoords="offset points", ha=side, fontsize=7.5, color=colour)
 
 
 def draw(data: Measurement, file: Path) -> None:
@@ -86,7 +104,7 @@ def draw(data: Measurement, file: Path) -> None:
         panels[0].set_xlim(2e-12, 3.0)
         panels[0].set_ylabel("processor time per simulated second [s/s]")
         panels[0].text(
-            CONTRACT_NM * 0.75, panels[0].get_ylim()[0] * 1.15, "1e-6 N·m", fontsize=7.5, ha="right", color="#555555"
+            CONTRACT_NM * 1.3, panels[0].get_ylim()[0] * 1.15, "bound: 1e-6 N·m", fontsize=7.5, color="#555555"
         )
         panels[1].legend(loc="lower right", fontsize=9)
 

@@ -14,6 +14,7 @@ from cyclonedds.pub import DataWriter
 from cyclonedds.topic import Topic
 from handling_page import reading, wait_for, wait_until_drawn
 from page_client import DashboardProcess
+from page_faults import pale, sideways
 from playwright.sync_api import Page
 from sextant_py import dds, plot, signal_file, telemetry_types
 from sextant_py.contract import Contract
@@ -136,6 +137,35 @@ def test_a_narrow_page_needs_no_sideways_scrolling(
     assert page.evaluate("document.documentElement.dataset.theme") == "dark"
     page.reload()
     assert page.evaluate("document.documentElement.dataset.theme") == "dark"
+
+
+# Parts of the tiles of the headline that reach out of their tile, where each reading is long.
+OUT_OF_TILES = """() => {
+  document.querySelectorAll("[data-reading]").forEach((one) => { one.textContent = "−12345.67"; });
+  return [...document.querySelectorAll("#readings > div")].flatMap((tile) => [...tile.querySelectorAll("*")]
+    .filter((one) => one.getBoundingClientRect().right > tile.getBoundingClientRect().right)
+    .map((one) => one.textContent));
+}"""
+
+
+@pytest.mark.parametrize("width", [1280, 400])
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_a_page_is_read_in_each_width_and_scheme(
+    width: int, scheme: str, two_drives: None, watching: DashboardProcess, open_page: Callable[..., Page]
+) -> None:
+    page = open_page(watching.address, width=width, color_scheme=scheme)
+    wait_for(lambda: reading(page, "flux_mean_wb") > 0.5, "telemetry of either drive", page)
+    page.click("#cursors")
+    assert sideways(page) == pale(page) == []
+
+
+@pytest.mark.parametrize("width", [1280, 400])
+def test_long_readings_stay_in_their_tiles(
+    width: int, watching: DashboardProcess, open_page: Callable[..., Page]
+) -> None:
+    page = open_page(watching.address, width=width)
+    page.wait_for_selector("#readings small")
+    assert page.evaluate(OUT_OF_TILES) == []
 
 
 def test_events_are_listed_and_units_are_alike(

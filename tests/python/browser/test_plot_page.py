@@ -6,6 +6,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from page_faults import pale, sideways
 from playwright.sync_api import Page
 from sextant_py import plot
 
@@ -54,6 +55,33 @@ def opened(open_page: Callable[..., Page], file: Path, **options: object) -> Pag
     page = open_page(file.as_uri(), **options)
     page.wait_for_function("document.querySelector('.plotly-graph-div')?.layout?.margin?.t === 8")
     return page
+
+
+# The lines and spans of marks, the legends and the headings, in pixels: left, top, right, bottom.
+BOXES = """() => {
+  const box = (one) => ["left", "top", "right", "bottom"].map((side) => one.getBoundingClientRect()[side]);
+  const headings = document.querySelector(".plotly-graph-div").layout.annotations.slice(0, 4).map((one) => one.text);
+  const texts = [...document.querySelectorAll(".annotation-text")].filter((one) => headings.includes(one.textContent));
+  return {
+    marks: [...document.querySelectorAll(".shapelayer path")].map(box),
+    texts: [...document.querySelectorAll("g.legend, g[class^=legend] .legendtext"), ...texts].map(box),
+  };
+}"""
+
+
+@pytest.mark.parametrize("width", [1280, 400])
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_marks_stand_in_the_panels_alone(
+    open_page: Callable[..., Page], page_file: Path, width: int, scheme: str
+) -> None:
+    page = opened(open_page, page_file, width=width, color_scheme=scheme)
+    boxes = page.evaluate(BOXES)
+    assert len(boxes["marks"]) == 2 * 4 * 3, "of each file magnetising and its span, and a fault, in four panels"
+    assert len(boxes["texts"]) > 8
+    for left, top, right, bottom in boxes["marks"]:
+        for from_x, from_y, to_x, to_y in boxes["texts"]:
+            assert right < from_x or left > to_x or bottom < from_y or top > to_y
+    assert sideways(page) == pale(page) == []
 
 
 @pytest.mark.parametrize("width", [1280, 400])

@@ -92,7 +92,7 @@ export class ScopePanel {
     const lost = report.lost ? `; ${count(report.lost)} batches lost` : "";
     const waiting = report.rows ? `waiting for: ${report.trigger}` : (report.problem ?? "waiting for the waveform");
     const texts = { waiting, triggered: "triggered", stopped: "stopped after the capture; Arm waits for the next one" };
-    const captures = report.captures ? `; ${count(report.captures)} captures` : "";
+    const captures = report.captures ? `; ${count(report.captures)} ${report.captures === 1 ? "capture" : "captures"}` : "";
     const unshown = report.unshown ? `; ${count(report.unshown)} not shown: this page is too slow` : "";
     this.showStanding(`${texts[report.state]}${captures}${unshown}${lost}`, report.state);
     if (report.state === "stopped") this.stop();
