@@ -27,9 +27,6 @@ class Numbers:
     def __getitem__(self, name: str) -> float:
         return self.entries[name].value
 
-    def __contains__(self, name: str) -> bool:
-        return name in self.entries
-
     def add(self, name: str, value: float, unit: str, tolerance: float | None, meaning: str, command: str) -> float:
         """tolerance: a share of the value where it is below zero: -0.01 is 1 %."""
         if name in self.entries:
