@@ -8,7 +8,10 @@ from pathlib import Path
 from sextant_py import drive_file, identify
 from sextant_py.identify_files import report, told, write_files
 from sextant_py.paths import ROOT
-from sextant_py.sweep_file import Settings, toml_value
+from sextant_py.sweep_file import Settings
+
+from . import identification
+from .command import write_toml
 
 FILE = ROOT / "configs" / "ecu_honest.toml"
 METHODS = ("dtc", "foc")
@@ -54,15 +57,9 @@ def shown(settings: Settings) -> str:
 def identified(inverter: Inverter, mil: Path, directory: Path, parts: tuple[str, ...] = INVERTER_PARTS) -> Path:
     """The file of the drive with this inverter, and of what these parts of `identify` find."""
     work = directory / f"honest_{inverter.name}{'_all' if parts == ALL_PARTS else ''}"
-    work.mkdir(parents=True, exist_ok=True)
-    given = [f"{key}={toml_value(value)}" for key, value in inverter.settings.items()]
-    words = [str(FILE), "--only", ",".join(parts), *(word for text in given for word in ("--set", text))]
-    options = identify.parse_arguments(words)
-    results = identify.identified(FILE, mil, work, options)
+    results = identification.identified(FILE, mil, work, parts, inverter.settings)
     write_files(work, FILE, results)
     (work / "identify.txt").write_text(report(results) + "\n", encoding="utf-8")
     settings = drive_file.read(FILE) | inverter.settings | told(results)
     print(f"{inverter.label}: {shown(settings)}", flush=True)
-    file = work.with_suffix(".toml")
-    file.write_text("\n".join(f"{key} = {toml_value(value)}" for key, value in settings.items()) + "\n", "utf-8")
-    return file
+    return write_toml(work.with_suffix(".toml"), settings)

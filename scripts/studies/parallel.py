@@ -1,5 +1,6 @@
 """Work by several threads, which wait for the programs that they run."""
 
+import time
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from typing import TypeVar
@@ -27,3 +28,20 @@ def in_order(
         found[number] = result
         step()
     return [found[number] for number in sorted(found)]
+
+
+def progress_of(total: int, name: str, program: str) -> Callable[[], None]:
+    """Reports on stderr how far the runs are, every ten seconds."""
+    from rich.console import Console
+
+    console, began, said, done = Console(stderr=True), time.monotonic(), [time.monotonic()], [0]
+
+    def step() -> None:
+        done[0] += 1
+        now = time.monotonic()
+        if now - said[0] >= 10 or done[0] == total:
+            said[0] = now
+            left = (now - began) / done[0] * (total - done[0])
+            console.print(f"{program}: {name}: {done[0]} of {total} points, {left:.0f} s left", highlight=False)
+
+    return step

@@ -1,10 +1,13 @@
 """Faults of plant and sensors that the campaigns inject, what the drive has to call each, and how a run is judged."""
 
 import random
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 
 from sextant_py.sweep_file import Settings
+
+from .page import table
 
 NAMED, OTHERWISE, HARMLESS, MISSED, REFUSED = "named", "by another name", "no effect", "missed", "refused"
 KINDS = (NAMED, OTHERWISE, HARMLESS, MISSED, REFUSED)
@@ -53,6 +56,24 @@ def of_a_trip(trip: list, names: tuple[str, ...], at_s: float, step_s: float) ->
         "seen": f"{seen} before" if early else seen,
         "late_ms": round(1e3 * since, 3),
     }
+
+
+def injections_table(runs: list[dict], by: tuple[str, ...] = ("name",), with_latest: bool = True) -> str:
+    """How the runs of each injection ended, by what tells the injections apart: its name first, then code."""
+    kinds = [kind for kind in KINDS if kind != REFUSED or any(one["kind"] == REFUSED for one in runs)]
+    groups: dict[tuple[str, ...], list[dict]] = {}
+    for one in runs:
+        groups.setdefault(tuple(one[key] for key in by), []).append(one)
+    rows = []
+    for (name, *more), own in groups.items():
+        counts = Counter(one["kind"] for one in own)
+        late = max((one["late_ms"] for one in own if one["late_ms"] is not None), default=None)
+        latest = ["–" if late is None else f"{late:.4g}"] if with_latest else []
+        seen = Counter(one["seen"] for one in own if one["kind"] in (NAMED, OTHERWISE))
+        named = ", ".join(f"{fault} {count}" for fault, count in seen.most_common()) or "–"
+        rows.append((name, *(f"`{one}`" for one in more), len(own), *(counts[kind] for kind in kinds), *latest, named))
+    head = ("injection", *by[1:], "runs", *kinds, *(["latest [ms]"] if with_latest else []), "tripped as")
+    return table(head, rows, left=(*range(len(by)), len(head) - 1))
 
 
 def _drift(dice: random.Random, configuration: Settings) -> Settings:

@@ -340,14 +340,14 @@ def test_the_origin_is_that_of_this_checkout() -> None:
 
 def test_text_is_put_between_the_marks_and_nowhere_else() -> None:
     page = "a\n<!-- x -->\nold\n<!-- end of x -->\nb\n"
-    once = pages.put(page, "x", r"new \1")
+    once = pages.put(page, {"x": r"new \1"})
     assert once == "a\n<!-- x -->\nnew \\1\n<!-- end of x -->\nb\n"
-    assert pages.put(once, "x", r"new \1") == once
-    assert pages.put("a <!-- x -->old<!-- end --> b\n", "x", "new") == "a <!-- x -->new<!-- end --> b\n"
+    assert pages.put(once, {"x": r"new \1"}) == once
+    assert pages.put("a <!-- x -->old<!-- end --> b\n", {"x": "new"}) == "a <!-- x -->new<!-- end --> b\n"
     with pytest.raises(UserError, match="once"):
-        pages.put("a\n", "x", "new")
+        pages.put("a\n", {"x": "new"})
     with pytest.raises(UserError, match="once"):
-        pages.put(page + page, "x", "new")
+        pages.put(page + page, {"x": "new"})
 
 
 @pytest.fixture
@@ -501,9 +501,9 @@ def test_a_part_of_a_run_has_a_file_of_its_own() -> None:
 
 
 def test_unknown_stages_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(UserError, match='there is no stage "nonsense"; the stages are control, plant'):
+    with pytest.raises(UserError, match='--only: there is no "nonsense"; they are control, plant'):
         bench.main(["--out", str(tmp_path / "bench.json"), "--only", "control,nonsense"])
-    with pytest.raises(UserError, match="cannot be read"):
+    with pytest.raises(UserError, match="is missing; scripts/bench writes it"):
         bench.main(["--out", str(tmp_path / "bench.json"), "--report"])
 
 

@@ -3,24 +3,14 @@
 import subprocess
 
 import pytest
-from sextant_py.errors import UserError
 from sextant_py.paths import ROOT
+from studies import json_file
 from studies.bench import speed
-from studies.controllers import (
-    cases as controller_cases,
-)
-from studies.controllers import (
-    compare_controllers,
-)
-from studies.controllers import (
-    cost as controller_cost,
-)
-from studies.controllers import (
-    figures as controller_figures,
-)
-from studies.controllers import (
-    page as controller_page,
-)
+from studies.controllers import cases as controller_cases
+from studies.controllers import compare_controllers
+from studies.controllers import cost as controller_cost
+from studies.controllers import figures as controller_figures
+from studies.controllers import page as controller_page
 from studies.controllers.measure import Record, Results, common_period
 
 
@@ -28,13 +18,6 @@ def test_help_has_examples() -> None:
     command = [ROOT / "scripts/compare_controllers", "--help"]
     found = subprocess.run(command, capture_output=True, text=True, check=True)
     assert "scripts/compare_controllers --quick" in found.stdout
-
-
-def test_an_unknown_method_is_named_with_the_known_ones() -> None:
-    assert compare_controllers.chosen(None, ["dtc", "foc"]) == ["dtc", "foc"]
-    assert compare_controllers.chosen("foc", ["dtc", "foc"]) == ["foc"]
-    with pytest.raises(UserError, match='no control method "pid"; they are dtc, foc'):
-        compare_controllers.chosen("foc,pid", ["dtc", "foc"])
 
 
 def tuned(period_us: float, frequency: float | None, reason: str = "") -> Record:
@@ -58,7 +41,7 @@ def test_every_case_sets_the_delay_and_one_method_s_own_keys_alone() -> None:
 
 def test_the_committed_page_is_that_of_its_results(tmp_path) -> None:
     (tmp_path / "images").mkdir()
-    results = Results.load(compare_controllers.RESULTS)
+    results = json_file.read(compare_controllers.RESULTS, Results, "compare_controllers")
     controller_page.write(results, tmp_path)
     committed = (ROOT / "docs/controllers.md").read_text(encoding="utf-8")
     assert (tmp_path / "controllers.md").read_text(encoding="utf-8") == committed
@@ -92,7 +75,7 @@ def test_the_flux_error_is_half_of_its_range_by_its_middle() -> None:
 
 
 def test_every_method_has_its_place_wherever_methods_are_listed() -> None:
-    methods = Results.load(compare_controllers.RESULTS).methods
+    methods = json_file.read(compare_controllers.RESULTS, Results, "compare_controllers").methods
     assert set(methods) == set(controller_cost.instructions()) == set(speed.METHODS)
     for page in ("docs/configuration.md", "docs/control.md", "docs/controllers.md"):
         text = (ROOT / page).read_text(encoding="utf-8")

@@ -6,6 +6,7 @@ import subprocess
 import numpy as np
 import pytest
 from sextant_py.paths import ROOT
+from studies import json_file
 from studies.bench.peer_runs import machine
 from studies.motulator import cases as motulator_cases
 from studies.motulator import compare_motulator
@@ -147,7 +148,7 @@ def test_what_differs_by_more_than_the_limit_is_named() -> None:
 
 def test_the_committed_page_is_that_of_its_results(tmp_path) -> None:
     (tmp_path / "images").mkdir()
-    results = Results.load(compare_motulator.RESULTS)
+    results = json_file.read(compare_motulator.RESULTS, Results, "compare_motulator")
     motulator_page.write(results, tmp_path)
     committed = (ROOT / "docs/motulator.md").read_text(encoding="utf-8")
     assert (tmp_path / "motulator.md").read_text(encoding="utf-8") == committed

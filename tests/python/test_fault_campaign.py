@@ -8,22 +8,17 @@ import pytest
 from programs import program
 from sextant_py.errors import UserError
 from sextant_py.paths import ROOT
-from studies import plant_faults
+from studies import json_file, plant_faults
 from studies.fault_campaign import (
     false_trips,
     fault_campaign,
 )
-from studies.fault_campaign import (
-    file as fault_campaign_file,
-)
-from studies.fault_campaign import (
-    library as fault_campaign_library,
-)
-from studies.fault_campaign import (
-    page as fault_campaign_page,
-)
+from studies.fault_campaign import file as fault_campaign_file
+from studies.fault_campaign import library as fault_campaign_library
+from studies.fault_campaign import page as fault_campaign_page
 from studies.fault_campaign.false_trips import Drive, Hours
 from studies.machine_library import faults as machine_library_faults
+from studies.page import put_into
 
 ONE = {
     "name": "speed | lost", "fault": "SPEED_SENSOR", "observable": "at once", "runs": 6, "missed": 1, "late": 0,
@@ -83,7 +78,7 @@ def test_a_trip_counts_once_and_ends_its_run() -> None:
     false_trips.add(hours, Drive("NYCC", 2, 598.0), trip("OPEN_PHASE", 2.0))
     assert (hours["NYCC"].runs, hours["NYCC"].simulated_s) == (2, 600.0)
     assert hours["NYCC"].faults == {"OPEN_PHASE": 1}
-    assert json.loads(json.dumps(hours["NYCC"].to_json()))["faults"] == {"OPEN_PHASE": 1}
+    assert json.loads(json_file.text(hours["NYCC"]))["faults"] == {"OPEN_PHASE": 1}
     shown = fault_campaign_page.trip_list([*hours.values(), Hours("demo", 10.0, 1)])
     assert shown == "- NYCC (600 s): **1 false trip**: OPEN_PHASE 1\n- no trip: demo (10 s)"
 
@@ -193,8 +188,8 @@ def test_runs_of_a_file_are_judged(campaign: fault_campaign_file.Campaign) -> No
     assert (sagged["kind"], sagged["seen"]) == (plant_faults.NAMED, "DC_UNDER_VOLTAGE")
     assert fault_campaign_file.wrong([steady, lost, sagged]) == []
     assert fault_campaign_file.wrong([steady | {"kind": plant_faults.OTHERWISE}]) != []
-    table = fault_campaign_file.faults_table([steady, lost])
-    assert "| no fault | `foc` | 1 | 0 | 0 | 1 | 0 | 0 | – | – |" in table
+    table = plant_faults.injections_table([steady, lost], ("name", "method"))
+    assert "| no fault | `foc` | 1 | 0 | 0 | 1 | 0 | – | – |" in table
 
 
 def test_a_record_of_a_file_is_judged_by_its_torque(campaign: fault_campaign_file.Campaign) -> None:
@@ -243,7 +238,7 @@ def test_the_tables_of_the_library_count_what_was_missed() -> None:
     kinds = (plant_faults.NAMED, plant_faults.MISSED, plant_faults.REFUSED)
     runs = [library_run("open phase", kind) for kind in kinds]
     runs += [library_run(fault_campaign_file.STEADY, plant_faults.OTHERWISE, "dtc")]
-    table = fault_campaign_library.injections_table(runs)
+    table = plant_faults.injections_table(runs, with_latest=False)
     assert "| open phase | 3 | 1 | 0 | 0 | 1 | 1 | OPEN_PHASE 1 |" in table
     by_method = fault_campaign_library.methods_table(runs)
     row = next(line for line in by_method.splitlines() if "2.2 kW" in line)
@@ -255,8 +250,8 @@ def test_the_page_takes_the_tables_of_the_library(tmp_path: Path) -> None:
     page = tmp_path / "page.md"
     page.write_text((ROOT / "docs/fault_campaign.md").read_text(encoding="utf-8"), encoding="utf-8")
     runs = [library_run("open phase", plant_faults.NAMED)]
-    found = fault_campaign_library.Found(runs, [Hours("2.2 kW: random torque steps, foc", 3600.0, 120)])
-    fault_campaign_library.write(page, found, 2)
+    found = fault_campaign_file.Found(runs, [Hours("2.2 kW: random torque steps, foc", 3600.0, 120)])
+    put_into(page, fault_campaign_library.blocks(found, 2))
     text = page.read_text(encoding="utf-8")
     assert "2 seeds at 5 operating points: 1 run." in text
     assert "- no trip: 2.2 kW: random torque steps, foc (3600 s)" in text

@@ -11,21 +11,15 @@ from studies.fault_campaign import fault_campaign
 from studies.fault_campaign import file as fault_campaign_file
 from studies.fault_campaign import honest as fault_campaign_honest
 from studies.fault_campaign.false_trips import Hours
-from studies.torque_map import (
-    honest as torque_map_honest,
-)
-from studies.torque_map import (
-    kinds as torque_map_kinds,
-)
-from studies.torque_map import (
-    points as torque_map_points,
-)
-from studies.torque_map import (
-    torque_map,
-)
-from studies.torque_map.drive import SENSORS, Drive
+from studies.page import put_into
+from studies.torque_map import honest as torque_map_honest
+from studies.torque_map import kinds as torque_map_kinds
+from studies.torque_map import points as torque_map_points
+from studies.torque_map import torque_map
+from studies.torque_map.drive import Drive
 from studies.torque_map.points import ESTIMATE, Conditions
 from studies.torque_map.results import MapOf, Results
+from studies.torque_map.scale import SENSORS
 
 
 def test_its_sensors_are_those_of_the_torque_map_and_nothing_is_told() -> None:
@@ -134,11 +128,13 @@ def test_the_page_takes_the_tables_of_the_campaign(tmp_path: Path) -> None:
         run | {"name": "encoder stuck", "kind": plant_faults.MISSED, "late_ms": None},
         run | {"name": fault_campaign_file.STEADY, "kind": plant_faults.OTHERWISE, "late_ms": None},
     ]
-    found = fault_campaign_honest.Found({"125 µs": runs}, [Hours("random, foc", 360.0, 12)])
-    fault_campaign_honest.write(page, found, 1)
+    runs = [one | {"inverter": "125 µs"} for one in runs]
+    found = fault_campaign_file.Found(runs, [Hours("random, foc", 360.0, 12)])
+    put_into(page, fault_campaign_honest.blocks(found, 1))
     text = page.read_text(encoding="utf-8")
     assert (
         "1 seed at 5 operating points: 3 runs; 1 of 1 without a fault trip. "
         "Of 2 faults: 1 named, 1 missed (1 of encoder stuck). The latest trip: 2.5 ms." in text
     )
     assert "- no trip: random, foc (360 s)" in text
+    assert fault_campaign_honest.tables(found).startswith("125 µs:\n\n| injection | method | runs |")

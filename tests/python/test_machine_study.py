@@ -8,19 +8,11 @@ import pytest
 from programs import program
 from sextant_py.control_methods import METHODS
 from sextant_py.errors import UserError
-from studies import plant_faults
-from studies.machine_library import (
-    faults as machine_library_faults,
-)
-from studies.machine_library import (
-    machine_library,
-)
-from studies.machine_library import (
-    page as machine_library_page,
-)
-from studies.machine_library import (
-    scenarios as machine_library_scenarios,
-)
+from studies import json_file, plant_faults
+from studies.machine_library import faults as machine_library_faults
+from studies.machine_library import machine_library
+from studies.machine_library import page as machine_library_page
+from studies.machine_library import scenarios as machine_library_scenarios
 from studies.machine_library.points import (
     PERIODS_US,
     Cell,
@@ -31,7 +23,7 @@ from studies.machine_library.points import (
     quick_points,
     read_library,
 )
-from studies.machine_library.results import DERATED, REFUSED, RIGHT, TRIPPED, WRONG, Results, load, outcome, save
+from studies.machine_library.results import DERATED, REFUSED, RIGHT, TRIPPED, WRONG, Results, outcome
 from studies.machine_library.run import Lab
 
 LIBRARY = read_library()
@@ -129,9 +121,10 @@ def test_page_counts_what_the_records_say(tmp_path: Path) -> None:
     late = RECORD | {"torque_silent_ms": 47.0}
     results.scenarios = [machine_library_scenarios.judge(*pair) for pair in ((RECORD, reversal), (late, start))]
     file = tmp_path / "machine_library.json"
-    save(results, file)
-    assert load(file) == results
-    written = machine_library_page.write(load(file), tmp_path)
+    json_file.write(file, results)
+    kept = json_file.read(file, Results, "machine_library")
+    assert kept == results
+    written = machine_library_page.write(kept, tmp_path)
     assert [path.name for path in written] == ["machine_library.png", "machine_library.md"]
     page = written[1].read_text(encoding="utf-8")
     assert "**2 of 4 healthy points are not right**, 2 of them trip. By cause: CURRENT_SENSOR 2." in page
@@ -144,7 +137,7 @@ def test_page_counts_what_the_records_say(tmp_path: Path) -> None:
     )
     shown = machine_library_page.text(results)
     assert "| `foc` | – | – | 2 of 4 | – | – |" in shown
-    assert "named 1 (≤ 3.25 ms)" in shown
+    assert "| open phase | `foc` | 1 | 1 | 0 | 0 | 0 | 3.25 | OPEN_PHASE 1 |" in shown
     assert "{" not in page
 
 
@@ -204,7 +197,7 @@ def test_results_of_something_else_are_refused(tmp_path: Path) -> None:
     file = tmp_path / "other.json"
     file.write_text("{}", encoding="utf-8")
     with pytest.raises(UserError, match="holds no results of scripts/machine_library"):
-        load(file)
+        json_file.read(file, Results, "machine_library")
 
 
 @pytest.mark.parametrize(

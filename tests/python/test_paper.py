@@ -20,27 +20,15 @@ from studies.paper import (
     check_paper,
     paper_report,
 )
-from studies.paper import (
-    cycle as paper_cycle,
-)
-from studies.paper import (
-    defaults as paper_defaults,
-)
-from studies.paper import (
-    figures as paper_figures,
-)
-from studies.paper import (
-    rise as paper_rise,
-)
-from studies.paper import (
-    steady as paper_steady,
-)
-from studies.paper import (
-    steps as paper_steps,
-)
+from studies.paper import cycle as paper_cycle
+from studies.paper import defaults as paper_defaults
+from studies.paper import figures as paper_figures
+from studies.paper import rise as paper_rise
+from studies.paper import steady as paper_steady
+from studies.paper import steps as paper_steps
 from studies.paper.lab import SCENARIOS, Lab
-from studies.paper.numbers import Number, Numbers, differences, load
-from studies.paper.page import render, text
+from studies.paper.numbers import Number, Numbers, differences
+from studies.paper.page import defaults_table, render
 
 COMMITTED = ROOT / "docs" / "paper"
 FILES = sorted((ROOT / SCENARIOS).glob("*.toml"))
@@ -82,7 +70,7 @@ def test_numbers_survive_their_file(tmp_path: Path) -> None:
     numbers = one(1 / 3)
     numbers.add("none", math.nan, "ms", 0.1, "never", "none")
     numbers.save(tmp_path / "n.json")
-    again = load(tmp_path / "n.json")
+    again = Numbers.load(tmp_path / "n.json")
     assert again["x"] == pytest.approx(1 / 3, rel=1e-5)
     assert math.isnan(again["none"])
     assert differences(again, numbers) == []
@@ -91,26 +79,10 @@ def test_numbers_survive_their_file(tmp_path: Path) -> None:
 @pytest.mark.parametrize("content", ["no JSON", "[1, 2]", '{"x": 1}', '{"x": {"value": 1, "unit": "A"}}'])
 def test_bad_number_files(tmp_path: Path, content: str) -> None:
     (tmp_path / "n.json").write_text(content)
-    with pytest.raises(UserError, match="is not what scripts/paper_report writes"):
-        load(tmp_path / "n.json")
-    with pytest.raises(UserError, match="does not exist"):
-        load(tmp_path / "none.json")
-
-
-def test_texts_of_numbers() -> None:
-    assert text(-0.459, ".2f") == "−0.46"
-    assert text(0.459, "+.2f") == "+0.46"
-    assert text(39730, "k2") == "39.73"
-    assert text(math.nan, ".2f") == "–"
-
-
-def test_page_of_a_template() -> None:
-    numbers = one(2.5)
-    assert render(numbers, "a {x:.1f} b") == "a 2.5 b"
-    assert render(numbers, "a\n<!-- if x -->\nb {x:.2f}\n<!-- end -->\nc\n") == "a\nb 2.50\nc\n"
-    assert render(numbers, "a\n<!-- if y -->\nb {y:.2f}\n<!-- end -->\nc\n") == "a\nc\n"
-    with pytest.raises(KeyError):
-        render(numbers, "{gone:.1f}")
+    with pytest.raises(UserError, match="holds no results of scripts/paper_report"):
+        Numbers.load(tmp_path / "n.json")
+    with pytest.raises(UserError, match=r"none\.json is missing; scripts/paper_report writes it"):
+        Numbers.load(tmp_path / "none.json")
 
 
 def test_error_of_a_row_counts_from_a_moving_reference() -> None:
@@ -274,7 +246,7 @@ def test_table6_is_the_papers() -> None:
 
 
 def test_committed_page_is_that_of_the_committed_numbers() -> None:
-    assert check_paper.page_differences(COMMITTED, load(paper_report.NUMBERS)) == []
+    assert check_paper.page_differences(COMMITTED, Numbers.load(paper_report.NUMBERS)) == []
 
 
 def test_committed_numbers_say_where_they_come_from() -> None:
@@ -285,7 +257,7 @@ def test_committed_numbers_say_where_they_come_from() -> None:
 
 
 def test_a_changed_number_or_page_is_found(tmp_path: Path) -> None:
-    numbers = load(paper_report.NUMBERS)
+    numbers = Numbers.load(paper_report.NUMBERS)
     name = "response/centred/dead/15"
     off = Numbers(numbers.entries | {name: replace(numbers.entries[name], value=4.0)})
     assert len(differences(off, numbers)) == 1
@@ -328,5 +300,4 @@ def test_a_default_that_is_no_longer_switched_off_is_found() -> None:
     committed.add(f"{paper_defaults.PREFIX}drive.magnetise_first/true/false", 14, "scenarios", 0.0, "made up", "none")
     assert paper_defaults.gone(committed, committed) == []
     assert len(paper_defaults.gone(committed, Numbers())) == 1
-    page = render(committed, "a\n<!-- table defaults -->\nb\n")
-    assert "| `drive.magnetise_first` | true | false | 14 |" in page
+    assert "| `drive.magnetise_first` | true | false | 14 |" in defaults_table(committed)

@@ -12,35 +12,19 @@ from programs import program
 from sextant_py import drive_file, sweep_reader
 from sextant_py.errors import UserError
 from sextant_py.paths import ROOT
-from studies.torque_map import (
-    counts as torque_map_counts,
-)
-from studies.torque_map import (
-    drive as torque_map_drive,
-)
-from studies.torque_map import (
-    figures as torque_map_figures,
-)
-from studies.torque_map import (
-    file as torque_map_file,
-)
-from studies.torque_map import (
-    kinds as torque_map_kinds,
-)
-from studies.torque_map import (
-    page as torque_map_page,
-)
-from studies.torque_map import (
-    points as torque_map_points,
-)
-from studies.torque_map import (
-    run as torque_map_run,
-)
-from studies.torque_map import (
-    torque_map,
-)
+from studies import json_file
+from studies.page import filled, put
+from studies.torque_map import counts as torque_map_counts
+from studies.torque_map import drive as torque_map_drive
+from studies.torque_map import figures as torque_map_figures
+from studies.torque_map import file as torque_map_file
+from studies.torque_map import kinds as torque_map_kinds
+from studies.torque_map import page as torque_map_page
+from studies.torque_map import points as torque_map_points
+from studies.torque_map import run as torque_map_run
+from studies.torque_map import torque_map
 from studies.torque_map.capability import Limits, largest_torque, limits_of, worst_difference
-from studies.torque_map.points import SPEEDS, TORQUES, Conditions, Point
+from studies.torque_map.points import Conditions, Point
 from studies.torque_map.results import (
     BRIEF,
     DERATED,
@@ -52,11 +36,10 @@ from studies.torque_map.results import (
     UNSEEN,
     Results,
     beyond_r_s,
-    load,
     map_of,
     outcome,
-    save,
 )
+from studies.torque_map.scale import SENSORS, SPEEDS, TORQUES, scale_of
 
 COMMITTED = ROOT / "docs" / "torque_map"
 OMEGA = 2 * math.pi * 50
@@ -226,11 +209,11 @@ def made_up(name: str, silent_ms: float) -> Results:
 
 def test_results_are_kept(tmp_path: Path) -> None:
     results = made_up("shipped", 500)
-    save(results, tmp_path / "shipped.json")
-    assert load(tmp_path / "shipped.json") == results
+    json_file.write(tmp_path / "shipped.json", results)
+    assert torque_map.results_in(tmp_path, "shipped") == results
     (tmp_path / "shipped.json").write_text("{}")
-    with pytest.raises(UserError, match="no results"):
-        load(tmp_path / "shipped.json")
+    with pytest.raises(UserError, match="holds no results of scripts/torque_map"):
+        torque_map.results_in(tmp_path, "shipped")
 
 
 def test_a_point_beyond_the_tolerance_of_the_stator_resistance_is_found() -> None:
@@ -262,7 +245,7 @@ def test_the_counts_of_the_guarantees_are_those_of_their_sets_and_speeds() -> No
     ):
         results.find(conditions).outcomes[row] = letter * len(results.speeds)
     names = [*torque_map_counts.COUNTS, "unobservable"]
-    page = torque_map_counts.filled("".join(f"<!-- {name} --><!-- end -->" for name in names), results)
+    page = put("".join(f"<!-- {name} --><!-- end -->" for name in names), torque_map_counts.blocks(results))
     assert re.findall(r"-->([^<]+)<", page) == [
         "12 of 2,592", "10 of 2,160", "0 of 648", "0 of 648", "0 of 1,080", "29 of 2,610", "29",
     ]  # fmt: skip
@@ -291,10 +274,11 @@ def test_at_the_marked_speed_the_stator_frequency_is_zero(torque: float) -> None
 
 @pytest.mark.skipif(not (COMMITTED / "README.md").is_file(), reason="scripts/torque_map has not written the page yet")
 def test_the_committed_pages_are_those_of_their_results() -> None:
-    maps = torque_map.results_in(torque_map.RESULTS)
-    assert (COMMITTED / "README.md").read_text(encoding="utf-8") == torque_map_page.render(maps)
+    maps = torque_map.results_of_drives(torque_map.RESULTS)
+    page = filled(torque_map_page.TEMPLATE, torque_map_page.fields(maps))
+    assert (COMMITTED / "README.md").read_text(encoding="utf-8") == page
     guarantees = torque_map_counts.PAGE.read_text(encoding="utf-8")
-    assert guarantees == torque_map_counts.filled(guarantees, maps[torque_map_drive.GUARANTEED])
+    assert guarantees == put(guarantees, torque_map_counts.blocks(maps[torque_map_drive.GUARANTEED]))
 
 
 def run_map(out: Path, *options: str) -> subprocess.CompletedProcess:
@@ -307,7 +291,7 @@ def quick(drive: str, directory: Path, monkeypatch: pytest.MonkeyPatch) -> tuple
     monkeypatch.setattr(torque_map, "OUT", directory)
     where = ["--mil", str(program("sextant-mil")), "--out", str(directory), "--jobs", "2"]
     status = torque_map.main(["--quick", "--drive", drive, *where])
-    return status, load(directory / f"{drive}_quick.json")
+    return status, torque_map.results_in(directory, f"{drive}_quick")
 
 
 def test_no_point_of_the_shipped_drive_is_silently_wrong(
@@ -331,7 +315,8 @@ def test_points_are_kept_and_the_paper_s_drive_is_wrong(tmp_path: Path, monkeypa
     assert len(lines) == results.points + 1
     quick("paper", tmp_path, monkeypatch)
     assert records.read_text().splitlines() == lines, "nothing runs twice"
-    monkeypatch.setattr(torque_map_points, "END_S", 0.9)
+    changed = torque_map_points.settings
+    monkeypatch.setattr(torque_map_run, "settings", lambda *point: changed(*point) | {"duration_s": 0.9})
     quick("paper", tmp_path, monkeypatch)
     assert len(records.read_text().splitlines()) == 2 * results.points + 1, "points with other settings run again"
 
@@ -410,11 +395,11 @@ def test_points_of_another_drive_scale_with_its_speed_and_torque() -> None:
         "machine.poles": 4, "plant.u_dc_v": 530, "control.flux_reference_wb": 1.1, "command.torque_limit_nm": 150,
         "capability.torque_nm": 150, "protection.over_current_a": 250, "drive.magnetise_timeout_ms": 50,
     }  # fmt: skip
-    shipped = torque_map_file.scale_of(configuration)
+    shipped = scale_of(configuration)
     assert shipped.speeds == SPEEDS
     assert shipped.torques == TORQUES and shipped.torque_floor == 2.0
-    assert shipped.sensors == torque_map_drive.SENSORS and shipped.from_s == pytest.approx(0.15)
-    large = torque_map_file.scale_of(
+    assert shipped.sensors == SENSORS and shipped.from_s == pytest.approx(0.15)
+    large = scale_of(
         configuration | {"plant.u_dc_v": 1060, "command.torque_limit_nm": 1500, "capability.torque_nm": 1800}
         | {"protection.over_current_a": 2500, "drive.magnetise_timeout_ms": 1000}
     )  # fmt: skip
@@ -427,13 +412,13 @@ def test_points_of_another_drive_scale_with_its_speed_and_torque() -> None:
 
 def test_a_file_of_its_own_is_mapped(tmp_path: Path) -> None:
     mil = program("sextant-mil")
-    drive, scale = torque_map_file.load(write_drive(tmp_path), mil, tmp_path)
+    drive = torque_map_file.load(write_drive(tmp_path), mil, tmp_path)
     assert drive.label == "my.toml" and drive.left_out == ["can"]
     assert drive.factors["l_m"] == "l_m_h"
     lab = torque_map_run.Lab(mil, drive, tmp_path)
-    point = Point(EXACT, scale.quick_speeds[2], scale.quick_torques[1])
+    point = Point(EXACT, drive.scale.quick_speeds[2], drive.scale.quick_torques[1])
     lab.run([point], 1, lambda: None)
-    assert outcome(lab.records[point.key], point, scale.torque_floor) == RIGHT
+    assert outcome(lab.records[point.key], point, drive.scale.torque_floor) == RIGHT
     # The configured limits hold in the independent computation of a machine given by inductances.
     limits = limits_of(drive.configuration, torque_map_drive.CURRENT_LIMIT)
     assert limits.l_s == pytest.approx(0.00769 + 0.000152)

@@ -12,6 +12,7 @@ from sextant_py import errors
 from sextant_py.errors import UserError
 from sextant_py.paths import ROOT
 
+from studies import command
 from studies.origin import Origin
 
 from .figure import MISSED, NOT_MEASURED, Figure
@@ -41,11 +42,7 @@ STAGES = (
 
 def chosen(text: str | None) -> list[Stage]:
     """The stages of `--only a,b`, in their order; all without it."""
-    known = [stage.name for stage in STAGES]
-    names = known if text is None else text.split(",")
-    for name in names:
-        if name not in known:
-            raise UserError(f'there is no stage "{name}"; the stages are {", ".join(known)}.')
+    names = command.chosen("--only", text and text.split(","), [stage.name for stage in STAGES])
     return [stage for stage in STAGES if stage.name in names]
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from sextant_py.errors import UserError, run
 
-from .live_runs import PROFILE, RECEIVE_PRIORITY, cyclictest_command, ecu_command, other_cpus, refusal_of_real_time
+from .live_runs import PROFILE, RECEIVE_PRIORITY, cyclictest_command, ecu_command, end, other_cpus, refusal_of_real_time
 
 ANSWER_S = {"native": 20.0, "uml": 60.0, "qemu": 90.0}  # until the drive is heard on its bus
 COMMANDED_S = 14.0  # hand-shake and profile
@@ -37,16 +37,6 @@ def command_it(address: str, answer_s: float) -> str:
     if done.returncode not in (0, 1):
         raise UserError(f"the vehicle control unit failed: {done.stderr.strip()[-200:]}")
     return done.stderr.strip().removeprefix("vcu: ")
-
-
-def leave(drive: subprocess.Popen) -> None:
-    """In order, so that it writes its timing; a drive that does not is killed."""
-    drive.terminate()
-    try:
-        drive.wait(30.0)
-    except subprocess.TimeoutExpired:
-        drive.kill()
-        drive.wait()
 
 
 def main(argv: list[str]) -> int:
@@ -75,7 +65,7 @@ def main(argv: list[str]) -> int:
                 told["ended_early"] = command_it(arguments.can, ANSWER_S[where])
             finally:
                 reference.send_signal(signal.SIGINT)
-                leave(drive)
+                end(drive, 30.0)
         if drive.returncode != 0:
             raise UserError(f"sextant-ecu failed with status {drive.returncode}")
     print(json.dumps(told))

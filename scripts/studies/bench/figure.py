@@ -3,7 +3,7 @@
 import math
 import sys
 import traceback
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from sextant_py.errors import UserError
 
@@ -25,8 +25,12 @@ class Figure:
     value: float | None = None  # None: not measured; NaN: it failed; `note` says why
     note: str = ""  # what the reader has to know beside the number, a few words
 
-    @property
-    def verdict(self) -> str:
+    verdict: str = field(default="", compare=False)  # made of the others
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "verdict", self._verdict())
+
+    def _verdict(self) -> str:
         if self.value is None:
             return NOT_MEASURED
         if self.at_most is None and self.at_least is None and not math.isnan(self.value):
@@ -58,13 +62,6 @@ class Figure:
             traceback.print_exception(error, file=sys.stderr)
             note = " ".join(f"{type(error).__name__}: {error}".split())
         return replace(self, value=None if isinstance(error, NotMeasurableError) else math.nan, note=note)
-
-    def to_json(self) -> dict:
-        return asdict(self) | {"verdict": self.verdict}
-
-    @staticmethod
-    def from_json(data: dict) -> "Figure":
-        return Figure(**{key: value for key, value in data.items() if key != "verdict"})
 
 
 def number(value: float) -> str:

@@ -11,6 +11,8 @@ from sextant_py.errors import UserError, output_of, run
 from sextant_py.paths import ROOT
 from sextant_py.program_arguments import parser_of
 
+from studies import json_file
+
 BASELINE = ROOT / "tests" / "bench" / "instructions.json"
 TOLERANCE_PERCENT = 2.0
 SEED_PERCENT = 5.0
@@ -103,12 +105,7 @@ def print_table(now: dict[str, float], baseline: dict[str, float]) -> None:
 
 
 def check(probe: Path, file: Path) -> int:
-    if not file.exists():
-        raise UserError(f"{file} is missing; scripts/check_instructions --update writes it.")
-    try:
-        stored = json.loads(file.read_text(encoding="utf-8"))
-    except ValueError as error:
-        raise UserError(f"{file} is no baseline: {error}.") from None
+    stored = json_file.read(file, dict[str, dict], "check_instructions --update")
     baseline = stored["instructions_per_step"]
     now = measure(probe)
     print_table(now, baseline)

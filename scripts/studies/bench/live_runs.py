@@ -108,6 +108,16 @@ def cyclictest_latency(text: str) -> Histogram:
     return Histogram.of(int(value) for value in re.findall(r"^\s*0:\s*\d+:\s*(\d+)$", text, re.MULTILINE))
 
 
+def end(running: subprocess.Popen, within_s: float) -> None:
+    """In order, so that it writes its timing; a program that does not is killed."""
+    running.terminate()
+    try:
+        running.wait(within_s)
+    except subprocess.TimeoutExpired:
+        running.kill()
+        running.wait()
+
+
 @contextlib.contextmanager
 def program(command: Command, out: Path) -> Iterator[subprocess.Popen]:
     """Its output goes to a file, where it can be read while it runs."""
@@ -117,12 +127,7 @@ def program(command: Command, out: Path) -> Iterator[subprocess.Popen]:
     try:
         yield running
     finally:
-        running.terminate()
-        try:
-            running.wait(10)
-        except subprocess.TimeoutExpired:
-            running.kill()
-            running.wait()
+        end(running, 10.0)
 
 
 def lockstep(lab: Lab, number: int, seconds: float) -> tuple[float, str]:

@@ -1,19 +1,22 @@
 """docs/images/growth.png, what N drives of one process cost; and latency.png, how late the control thread wakes beside
 cyclictest, and how late a command acts."""
 
-from pathlib import Path
-
+import numpy as np
 from matplotlib.ticker import LogLocator, NullFormatter
-from sextant_py.plots.sheets import EXACT, PAPER, REFERENCE, SAMPLED, THIRD, save, sheet
+from sextant_py.plots.sheets import EXACT, PAPER, REFERENCE, SAMPLED, THIRD
+
+from studies.picture import Sheets
 
 from .histogram import Histogram
 
 FEW_TICKS = 300.0  # ratio of the ends of a logarithmic axis, below which its powers of ten are too few ticks
+PICTURES = Sheets()
 
 
-def draw_growth(cost_us: dict[int, float], file: Path) -> None:
+@PICTURES.sheet(1, 2, 3.2)
+def draw_growth(cost_us: dict[int, float], panels: np.ndarray) -> None:
     """cost_us: CPU time [µs] of a simulated millisecond of one drive, by the number of drives."""
-    figure, ((left, right),) = sheet(1, 2, 3.2)
+    ((left, right),) = panels
     sizes = sorted(cost_us)
     alone = cost_us[sizes[0]]
     total = [n * cost_us[n] * 1e-3 for n in sizes]
@@ -30,14 +33,13 @@ def draw_growth(cost_us: dict[int, float], file: Path) -> None:
         axes.minorticks_off()
         axes.set_xmargin(0.05)
         axes.autoscale_view()
-    save(figure, file)
 
 
-def draw_latency(wakes: dict[str, Histogram], commands: dict[str, Histogram], file: Path) -> None:
+@PICTURES.sheet(1, 2, 3.8)
+def draw_latency(wakes: dict[str, Histogram], commands: dict[str, Histogram], panels: np.ndarray) -> None:
     """Both by what the legend says of them."""
-    figure, (panels,) = sheet(1, 2, 3.8)
     titles = ("deadline to wake-up, every 250 µs", "CAN frame received to first gate pattern")
-    for axes, curves, title in zip(panels, (wakes, commands), titles, strict=True):
+    for axes, curves, title in zip(panels[0], (wakes, commands), titles, strict=True):
         for colour, (label, histogram) in zip((REFERENCE, EXACT, SAMPLED, PAPER, THIRD), curves.items(), strict=False):
             durations, parts = histogram.exceeded()
             axes.step(durations, parts, where="pre", color=colour, label=f"{label}, n = {histogram.count}")
@@ -50,4 +52,3 @@ def draw_latency(wakes: dict[str, Histogram], commands: dict[str, Histogram], fi
         axes.xaxis.set_major_formatter("{x:g}")
         axes.xaxis.set_minor_formatter(NullFormatter())
         axes.set_ylim(0.02 / max((h.count for h in curves.values()), default=1), 1.5)  # the legend is below
-    save(figure, file)

@@ -1,9 +1,8 @@
 """out/bench.json, the figures of one run; and the page made of it."""
 
-import json
 import re
 import shutil
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from sextant_py.errors import UserError
@@ -35,13 +34,6 @@ class StageResult:
     load: float = 0.0  # load average when it began
     distributions: dict[str, dict[str, float]] = field(default_factory=dict)
 
-    def to_json(self) -> dict:
-        return vars(self) | {"figures": [figure.to_json() for figure in self.figures]}
-
-    @staticmethod
-    def from_json(data: dict) -> "StageResult":
-        return StageResult(**data | {"figures": [Figure.from_json(figure) for figure in data["figures"]]})
-
 
 Stages = dict[str, StageResult]
 
@@ -52,28 +44,19 @@ class Run:
 
     origin: Origin
     stages: Stages = field(default_factory=dict)
-
-    def to_json(self) -> dict:
-        stages = {name: stage.to_json() for name, stage in self.stages.items()}
-        return {"format": FORMAT, "origin": asdict(self.origin), "stages": stages}
+    format: int = FORMAT
 
 
 def read(file: Path) -> Run:
-    """Throws UserError where the file is no result of a benchmark."""
-    try:
-        data = json.loads(file.read_text(encoding="utf-8"))
-        if data["format"] != FORMAT:
-            raise UserError(f"{file} has format {data['format']}, not {FORMAT}; measure again with scripts/bench.")
-        stages = {name: StageResult.from_json(stage) for name, stage in data["stages"].items()}
-        return Run(Origin(**data["origin"]), stages)
-    except OSError as error:
-        raise UserError(f"{file} cannot be read: {error.strerror}.") from error
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
-        raise UserError(f"{file} is no result of scripts/bench ({type(error).__name__}: {error}).") from error
+    """UserError: the file is no result of a benchmark."""
+    run = json_file.read(file, Run, "bench")
+    if run.format != FORMAT:
+        raise UserError(f"{file} has format {run.format}, not {FORMAT}; measure again with scripts/bench.")
+    return run
 
 
 def write(file: Path, run: Run) -> None:
-    json_file.write(file, run.to_json(), levels=3)
+    json_file.write(file, run, levels=3)
 
 
 def terminal(stages: Stages) -> str:
@@ -135,10 +118,7 @@ def blocks(run: Run) -> dict[str, str]:
 
 def write_page(file: Path, run: Run, plots: Path) -> None:
     """What this run measured and nothing else; where it is the committed page, its pictures too."""
-    text = file.read_text(encoding="utf-8")
-    for mark, content in blocks(run).items():
-        text = page.put(text, mark, content)
-    file.write_text(text, encoding="utf-8")
+    page.put_into(file, blocks(run))
     for stage, plot in PLOTS.items():
         if file == PAGE and stage in run.stages and (plots / plot).exists():
             shutil.copyfile(plots / plot, IMAGES / plot)

@@ -28,27 +28,20 @@ ESTIMATORS = (
     "sensorless_observer",
 )
 STEP_LIMITS = {"deadbeat": {"at_most": 100.0}}
+
+
+def cpu_time(name: str, of: str, **limits: float) -> Row:
+    return row(name, "cpu_ns", f"CPU time of {of}", "ns", "least", **limits)
+
+
 CONTROL = (
     row("dtc_step_ratio", "ratio", "DTC step / hand-written reference of the same arithmetic", "x"),
     row("drive_step_ratio", "ratio", "`Drive::step` with estimator, protections and monitor / the same reference", "x"),
-    row("dtc_step_reference", "cpu_ns", "CPU time of the hand-written DTC step", "ns", "least"),
-    row("dtc_step", "cpu_ns", "CPU time of the DTC step", "ns", "least"),
-    *(
-        row(f"estimator_step/{kind}", "cpu_ns", f"CPU time of the flux estimator `{kind}`", "ns", "least")
-        for kind in ESTIMATORS
-    ),
-    *(
-        row(
-            f"controller_step/{method}",
-            "cpu_ns",
-            f"CPU time of the control method `{method}`",
-            "ns",
-            "least",
-            **STEP_LIMITS.get(method, {}),
-        )
-        for method in METHODS
-    ),
-    row("drive_step", "cpu_ns", "CPU time of `Drive::step`", "ns", "least"),
+    cpu_time("dtc_step_reference", "the hand-written DTC step"),
+    cpu_time("dtc_step", "the DTC step"),
+    *(cpu_time(f"estimator_step/{kind}", f"the flux estimator `{kind}`") for kind in ESTIMATORS),
+    *(cpu_time(f"controller_step/{m}", f"the control method `{m}`", **STEP_LIMITS.get(m, {})) for m in METHODS),
+    cpu_time("drive_step", "`Drive::step`"),
 )
 PLANT = (
     row("plant_period_ratio", "ratio", "fixed-step plant / hand-written RK4 of the same equations", "x", at_most=1.2),
@@ -57,11 +50,8 @@ PLANT = (
         for kind, text in PLANTS.items()
         if kind != "fixed"
     ),
-    row("plant_rk4_reference", "cpu_ns", "CPU time of 25 µs of plant, hand-written RK4", "ns", "least"),
-    *(
-        row(f"plant_period/{kind}", "cpu_ns", f"CPU time of 25 µs of plant, {text}", "ns", "least")
-        for kind, text in PLANTS.items()
-    ),
+    cpu_time("plant_rk4_reference", "25 µs of plant, hand-written RK4"),
+    *(cpu_time(f"plant_period/{kind}", f"25 µs of plant, {text}") for kind, text in PLANTS.items()),
 )
 SIMULATED = "times real time"  # simulated time / CPU time
 LOOP = (
@@ -74,14 +64,7 @@ SCENARIO_LIMITS = {"sampled_3_1_cvode": 1.5, "sampled_3_1_fixed": 60.0, "sampled
 SCENARIO_LIMITS |= {f"exact_{name}_fixed": 30.0 for name in ("3_1", "3_2", "3_3", "3_4", "nycc", "table6")}
 SCENARIO_LIMITS |= {f"exact_{name}_cvode": 0.7 for name in ("3_1", "3_2", "3_3", "3_4")}
 SCENARIOS = tuple(
-    row(
-        f"scenario/{name}",
-        "realtime_factor",
-        f"scenario {name}, {SIMULATED}",
-        "x",
-        "most",
-        at_least=limit,
-    )
+    row(f"scenario/{name}", "realtime_factor", f"scenario {name}, {SIMULATED}", "x", "most", at_least=limit)
     for name, limit in SCENARIO_LIMITS.items()
 )
 TELEMETRY = (

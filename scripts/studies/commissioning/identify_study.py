@@ -9,17 +9,21 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
 from sextant_py import identify, mil_program
 from sextant_py.errors import UserError, run
 from sextant_py.identify_files import Results
 from sextant_py.identify_machine import TCircuit, estimate_of, inertia_of
 from sextant_py.identify_run import configuration_of, scenario_of
 from sextant_py.paths import OUT
-from sextant_py.program_arguments import add_runs, parser_of
-from sextant_py.sweep_file import Settings, toml_value
+from sextant_py.program_arguments import add_runs, from_one, parser_of
+from sextant_py.sweep_file import Settings
 
+from studies import identification
+from studies.command import made, words
 from studies.machine_library import random_machines
-from studies.machine_library.points import Machine, read_library, sensor_settings
+from studies.machine_library.points import Machine, chosen_machines, sensor_settings
+from studies.machine_library.random_points import entry
 
 EXAMPLES = """examples:
   scripts/identify_study                                  all machines of configs/machines/library.toml
@@ -40,18 +44,6 @@ NOISE_SHARE = 0.2 / 300  # of the range of the current sensors
 # Of the drive with the right machine, as a plate tells them.
 LIMITS = ("control.flux_reference_wb", "protection.over_current_a", "protection.current_jump_a")
 NOISE_V_SHARE = 0.5 / 1000  # of the range of the voltage sensor
-
-
-@dataclass(frozen=True)
-class RandomMachine:
-    """One of 50 Hz and 400 V, as an entry of the library."""
-
-    id: str
-    machine: random_machines.Machine
-
-    def scenario(self) -> str:
-        lines = [f"{key} = {toml_value(value)}" for key, value in self.machine.settings.items()]
-        return "\n".join(["[machine]", *lines, "[plant]", f"u_dc_v = {self.machine.u_dc:.4g}"]) + "\n"
 
 
 @dataclass(frozen=True)
@@ -82,7 +74,7 @@ class Study:
     spread: float
     seed: int
 
-    def estimate(self, machine: Machine | RandomMachine, true: TCircuit, inertia: float) -> Settings:
+    def estimate(self, machine: Machine, true: TCircuit, inertia: float) -> Settings:
         """Wrong; the division of the leakage is right, which cannot be found."""
         dice = random.Random(f"{self.seed}/{machine.id}")
 
@@ -106,9 +98,8 @@ class Study:
             "drive.period_us": self.period_us,
         }
 
-    def measure(self, machine: Machine | RandomMachine) -> Row:
-        own = self.directory / machine.id
-        own.mkdir(parents=True, exist_ok=True)
+    def measure(self, machine: Machine) -> Row:
+        own = made(self.directory / machine.id)
         file = own / f"{machine.id}.toml"
         file.write_text(machine.scenario(), encoding="utf-8")
         try:
@@ -116,16 +107,7 @@ class Study:
             true, inertia = estimate_of(configuration), inertia_of(configuration)
             kept = {key: configuration[key] for key in LIMITS}
             settings = self.plant(configuration) | kept | self.estimate(machine, true, inertia)
-            words = [f"{key}={toml_value(value)}" for key, value in settings.items()]
-            arguments = [
-                str(file),
-                "--only",
-                ",".join(identify.PARTS),
-                "--threshold-v",
-                str(THRESHOLD_V),
-                *(w for text in words for w in ("--set", text)),
-            ]
-            found = identify.identified(file, self.mil, own, identify.parse_arguments(arguments))
+            found = identification.identified(file, self.mil, own, identify.PARTS, settings, THRESHOLD_V)
         except UserError as error:
             return Row(machine.id, reason=str(error))
         return Row(machine.id, self.errors(found, true, inertia))
@@ -145,8 +127,10 @@ class Study:
 
 def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     parser = parser_of("identify_study", "Measures what identify finds on the machines of the library.", EXAMPLES)
-    parser.add_argument("--machines", type=lambda text: text.split(","), metavar="A,B", help="these alone")
-    parser.add_argument("--random", type=int, metavar="N", help="so many random machines in the place of the library")
+    parser.add_argument("--machines", type=words, metavar="A,B", help="these alone")
+    parser.add_argument(
+        "--random", type=from_one, metavar="N", help="so many random machines in the place of the library"
+    )
     parser.add_argument("--period-us", type=float, default=125, metavar="US", help="control period (default: 125)")
     parser.add_argument("--dead-time-us", type=float, default=1.5, metavar="US", help="of the plant (default: 1.5)")
     parser.add_argument("--spread", type=float, default=1.4, metavar="X", help="of the estimate (default: 1.4)")
@@ -155,8 +139,6 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     )
     add_runs(parser, "machines")
     options = parser.parse_args(arguments)
-    if options.random is not None and options.random < 1:
-        parser.error(f"--random: expected a number from 1, got {options.random}")
     if not (math.isfinite(options.spread) and options.spread >= 1):
         parser.error("--spread: expected a factor from 1 on")
     if not (math.isfinite(options.dead_time_us) and options.dead_time_us > 0):
@@ -164,28 +146,20 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     return options
 
 
-def chosen(wanted: list[str] | None) -> list[Machine]:
-    library = read_library()
-    known = [machine.id for machine in library]
-    for name in wanted or []:
-        if name not in known:
-            raise UserError(f'--machines: there is no "{name}"; they are {", ".join(known)}.')
-    return [machine for machine in library if not wanted or machine.id in wanted]
-
-
-def drawn(count: int, seed: int) -> list[RandomMachine]:
-    import numpy as np
-
-    made = np.random.default_rng(seed)
-    powers = random_machines.random_powers_kw(made, count)
-    machines = random_machines.random_machines(made, powers)
-    return [RandomMachine(f"random_{number}", machine) for number, machine in enumerate(machines)]
+def drawn(count: int, seed: int, directory: Path) -> list[Machine]:
+    """Of 50 Hz and 400 V."""
+    dice = np.random.default_rng(seed)
+    machines = random_machines.random_machines(dice, random_machines.random_powers_kw(dice, count))
+    return [entry(one, 400.0, directory / f"random_{number}.toml") for number, one in enumerate(machines)]
 
 
 def main(arguments: list[str]) -> int:
     options = parse_arguments(arguments)
-    machines = drawn(options.random, options.seed) if options.random else chosen(options.machines)
     directory = OUT / "identify_study"
+    if options.random:
+        machines = drawn(options.random, options.seed, directory / "machines")
+    else:
+        machines = chosen_machines(options.machines)
     mil = mil_program.find(options.mil)
     study = Study(mil, directory, options.period_us, options.dead_time_us, options.spread, options.seed)
     width = max(len(machine.id) for machine in machines)

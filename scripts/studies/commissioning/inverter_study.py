@@ -15,10 +15,12 @@ from sextant_py.identify_files import told_dead_time_us, told_voltage_error_v
 from sextant_py.paths import OUT, ROOT
 from sextant_py.program_arguments import add_runs, parser_of
 from sextant_py.short_run import run_of
-from sextant_py.sweep_file import Settings, toml_value
+from sextant_py.sweep_file import Settings
 
-from studies import honest_drive, json_file
-from studies.torque_map.drive import SENSORS
+from studies import honest_drive, identification, json_file, page
+from studies.command import made, words
+from studies.published import mean_and_due, published
+from studies.torque_map.scale import SENSORS
 
 EXAMPLES = """examples:
   scripts/inverter_study                                every case, with dtc and foc: some 2700 runs
@@ -161,8 +163,16 @@ SATURATION_CASES = (
         {"drive.period_us": 25, "control.machine_estimate.x_m_ohm": round(0.7 * 26.13, 3)} | SATURATION,
     ),
 )
-
 LINK_CASES = (NamedCase("25 us, link of 1 mF behind 0.2 ohm", {"drive.period_us": 25} | LINK),)
+# By option: its cases, and what --help says.
+PLANTS = {
+    "drops": (DROPS_CASES, "the cases with drops in place of those with dead time"),
+    "pulses": (PULSES_CASES, "those of gate drivers with a minimum pulse"),
+    "saturation": (SATURATION_CASES, "those of a machine that saturates, with L_m right or low"),
+    "iron": (IRON_CASES, "the drive of a machine with iron loss"),
+    "link": (LINK_CASES, "that of a DC link with capacitance"),
+    "everything": (EVERYTHING_CASES, "those with dead time, drops, saturation, sensors"),
+}
 
 
 def scenario() -> str:
@@ -184,10 +194,13 @@ def scenario() -> str:
     ]) + "\n"  # fmt: skip
 
 
+def at(method: str, case: Case | NamedCase, speed: float) -> Settings:
+    return {**case.settings, "control.controller": method, "load.speed_rad_s.value": float(speed)}
+
+
 class Lab:
     def __init__(self, mil: Path, directory: Path) -> None:
-        self.mil, self.file = mil, directory / "inverter_study.toml"
-        directory.mkdir(parents=True, exist_ok=True)
+        self.mil, self.file = mil, made(directory) / "inverter_study.toml"
         self.file.write_text(scenario(), encoding="utf-8")
 
     def metrics(self, settings: Settings) -> tuple[dict, list]:
@@ -197,36 +210,21 @@ class Lab:
         return ended.summary["metrics"], ended.summary["faults"]
 
     def point(self, method: str, case: Case | NamedCase, speed: float, torque: float) -> dict:
-        settings = {
-            **case.settings,
-            "control.controller": method,
-            "load.speed_rad_s.value": float(speed),
-            "profile.torque_nm.points": [[0, 0], [STEP_S, float(torque)]],
-        }
-        metrics, faults = self.metrics(settings)
+        steps = {"profile.torque_nm.points": [[0, 0], [STEP_S, float(torque)]]}
+        metrics, faults = self.metrics(at(method, case, speed) | steps)
         found = {"method": method, "case": case.name, "speed": speed, "torque": torque}
         return found | judged(metrics, faults, speed, torque)
 
     def idle(self, method: str, case: Case | NamedCase, speed: float) -> float:
         """Largest phase current without a command. [A]"""
-        settings = {
-            **case.settings,
-            "control.controller": method,
-            "load.speed_rad_s.value": float(speed),
-            "duration_s": STEP_S,
-            "metrics.window_from_s": 0.0,
-            "profile.torque_nm.points": [[0, 0]],
-        }
-        return self.metrics(settings)[0]["peak_current_a"]
+        idle = {"duration_s": STEP_S, "metrics.window_from_s": 0.0, "profile.torque_nm.points": [[0, 0]]}
+        return self.metrics(at(method, case, speed) | idle)[0]["peak_current_a"]
 
     def identified(self, case: Case) -> Case:
         """The plant of the case, whose drive is told what `identify` finds there with real sensors."""
         directory = self.file.parent / f"identify_{case.period_us}_{case.dead_us:g}{'_all' * case.everything}"
-        directory.mkdir(exist_ok=True)
-        keys = [f"{key}={toml_value(value)}" for key, value in (case.plant | SENSORS["real"]).items()]
-        own = [word for key in keys for word in ("--set", key)]
-        options = identify.parse_arguments([str(self.file), "--only", identify.DEAD_TIME, *own])
-        results = identify.identified(self.file, self.mil, directory, options)
+        plant = case.plant | SENSORS["real"]
+        results = identification.identified(self.file, self.mil, directory, [identify.DEAD_TIME], plant)
         setup, found = results.setup, results.found
         told = told_dead_time_us(found)
         print(
@@ -241,12 +239,9 @@ def judged(metrics: dict, faults: list, speed: float, torque: float) -> dict:
     """What a run shows."""
     if faults:
         return {"kind": TRIPPED, "why": f"{faults[0]['fault']} at {faults[0]['t_s']:.3f} s"}
-    motoring = torque * speed >= 0
-    published = metrics["torque_motoring_nm" if motoring else "torque_regenerating_nm"]
-    if published is None or metrics["torque_bias_nm"] is None:
+    if published(metrics, speed, torque) is None or metrics["torque_bias_nm"] is None:
         return {"kind": WRONG, "why": "no torque, no fault"}
-    due = min(abs(torque), published) * (1 if torque > 0 else -1)
-    mean = torque + metrics["torque_bias_nm"]
+    mean, due = mean_and_due(metrics, speed, torque)
     error = abs(mean - due)
     if error > max(TOLERANCE_NM, TOLERANCE_SHARE * abs(due)):
         return {"kind": WRONG, "why": f"{mean:.1f} N·m for {due:.1f} N·m"}
@@ -254,17 +249,23 @@ def judged(metrics: dict, faults: list, speed: float, torque: float) -> dict:
 
 
 def table(rows: list[dict], idle: dict[tuple[str, str], float]) -> str:
-    more = (f"wrong above {SLOW:g} rad/s", "largest error [N·m]", "A before a command")
-    lines = ["| on the plant | method | " + " | ".join(KINDS + more) + " |"]
-    lines.append("|---|---|" + "--:|" * len(KINDS + more))
+    head = (
+        "on the plant",
+        "method",
+        *KINDS,
+        f"wrong above {SLOW:g} rad/s",
+        "largest error [N·m]",
+        "A before a command",
+    )
+    cells = []
     for method, case in idle:
         own = [r for r in rows if (r["method"], r["case"]) == (method, case)]
         counts = Counter(r["kind"] for r in own)
         fast = sum(r["kind"] == WRONG and abs(r["speed"]) > SLOW for r in own)
-        numbers = " | ".join(str(counts[kind]) for kind in KINDS)
         error = max((r["error_nm"] for r in own if "error_nm" in r), default=0)
-        lines.append(f"| {case} | {method} | {numbers} | {fast} | {error:.2f} | {idle[method, case]:.0f} |")
-    return "\n".join(lines)
+        figures = (f"{error:.2f}", f"{idle[method, case]:.0f}")
+        cells.append((case, method, *(counts[kind] for kind in KINDS), fast, *figures))
+    return page.table(head, cells, left=(0, 1))
 
 
 def numbers(text: str) -> list[float]:
@@ -275,22 +276,13 @@ def numbers(text: str) -> list[float]:
 
 
 def parse_arguments(arguments: list[str]) -> argparse.Namespace:
-    parser = parser_of(
-        "inverter_study",
-        "Measures the drive on a plant with dead time, drops or a minimum pulse, told of them or not.",
-        EXAMPLES,
-    )
-    parser.add_argument("--methods", type=lambda text: text.split(","), default=list(METHODS), metavar="A,B")
+    description = "Measures the drive on a plant with dead time, drops or a minimum pulse, told of them or not."
+    parser = parser_of("inverter_study", description, EXAMPLES)
+    parser.add_argument("--methods", type=words, default=list(METHODS), metavar="A,B")
     parser.add_argument("--cases", default="", metavar="TEXT", help="those whose names begin with it (default: all)")
     plants = parser.add_mutually_exclusive_group()
-    plants.add_argument("--drops", action="store_true", help="the cases with drops in place of those with dead time")
-    plants.add_argument("--pulses", action="store_true", help="those of gate drivers with a minimum pulse")
-    plants.add_argument(
-        "--saturation", action="store_true", help="those of a machine that saturates, with L_m right or low"
-    )
-    plants.add_argument("--iron", action="store_true", help="the drive of a machine with iron loss")
-    plants.add_argument("--link", action="store_true", help="that of a DC link with capacitance")
-    plants.add_argument("--everything", action="store_true", help="those with dead time, drops, saturation, sensors")
+    for name, (cases, said) in PLANTS.items():
+        plants.add_argument(f"--{name}", dest="known", action="store_const", const=cases, default=CASES, help=said)
     parser.add_argument("--identified", action="store_true", help="each plant with dead time, as identify finds it")
     parser.add_argument("--speeds", type=numbers, default=list(SPEEDS), metavar="A,B", help="in rad/s")
     parser.add_argument("--torques", type=numbers, default=list(TORQUES), metavar="A,B", help="in N·m")
@@ -315,18 +307,10 @@ def measure(lab: Lab, options: argparse.Namespace, cases: Iterable[Case | NamedC
 
 def main(arguments: list[str]) -> int:
     options = parse_arguments(arguments)
-    chosen = {
-        "drops": DROPS_CASES,
-        "pulses": PULSES_CASES,
-        "saturation": SATURATION_CASES,
-        "iron": IRON_CASES,
-        "link": LINK_CASES,
-        "everything": EVERYTHING_CASES,
-    }
-    known = next((cases for name, cases in chosen.items() if getattr(options, name)), CASES)
-    cases = [case for case in known if case.name.startswith(options.cases)]
+    cases = [case for case in options.known if case.name.startswith(options.cases)]
     if not cases:
-        raise UserError(f'--cases: none begins with "{options.cases}"; they are {"; ".join(c.name for c in known)}.')
+        names = "; ".join(case.name for case in options.known)
+        raise UserError(f'--cases: none begins with "{options.cases}"; they are {names}.')
     directory = OUT / "inverter_study"
     lab = Lab(mil_program.find(options.mil), directory)
     if options.identified:

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from sextant_py.paths import ROOT
 from sextant_py.sweep_file import Settings
 
-from studies.torque_map.drive import DELAY, FACTORS, SENSORS, Drive
+from studies.torque_map.drive import DELAY, FACTORS, Drive
+from studies.torque_map.scale import SENSORS
 
 SPEEDS = (-100, -20, -5, 0, 5, 20, 50, 75, 100, 130, 200, 300)  # mechanical [rad/s]
 TORQUES = (-130, -60, -15, 2, 15, 60, 130)  # [N·m]

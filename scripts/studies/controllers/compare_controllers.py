@@ -4,17 +4,20 @@ import argparse
 from pathlib import Path
 
 from sextant_py import mil_program
-from sextant_py.errors import UserError, run
+from sextant_py.errors import run
 from sextant_py.paths import OUT, ROOT
 from sextant_py.program_arguments import add_runs, parser_of
 
+from studies import json_file
+from studies.command import chosen, made, words
+from studies.parallel import progress_of
 from studies.torque_map import drive as torque_map_drive
-from studies.torque_map.run import progress_of
 
 from . import cases as controller_cases
 from . import cost, page, step
 from .measure import Bench, Record, Results, common_period, methods
 
+PROGRAM = "compare_controllers"
 DOCS = ROOT / "docs"
 RESULTS = Path(__file__).with_name("results.json")
 EXAMPLES = """examples:
@@ -29,34 +32,25 @@ has figures, 1 when one tripped or was refused, 130 when interrupted."""
 
 
 def parse_arguments(arguments: list[str]) -> argparse.Namespace:
-    parser = parser_of("compare_controllers", "Measures every control method on one bench.", EXAMPLES)
+    parser = parser_of(PROGRAM, "Measures every control method on one bench.", EXAMPLES)
     size = parser.add_mutually_exclusive_group()
     size.add_argument("--quick", action="store_true", help="a few points, printed; no page")
     size.add_argument("--page", action="store_true", help="pictures and page from the results that are there")
-    parser.add_argument("--methods", metavar="A,B", help="these alone, printed; no page (default: all)")
+    parser.add_argument("--methods", type=words, metavar="A,B", help="these alone, printed; no page (default: all)")
     add_runs(parser)
     return parser.parse_args(arguments)
 
 
-def chosen(wanted: str | None, known: list[str]) -> list[str]:
-    names = known if wanted is None else wanted.split(",")
-    for name in names:
-        if name not in known:
-            raise UserError(f'--methods: there is no control method "{name}"; they are {", ".join(known)}.')
-    return names
-
-
 def measure(options: argparse.Namespace) -> Results:
     mil = mil_program.find(options.mil)
-    work = OUT / "controllers"
-    work.mkdir(parents=True, exist_ok=True)
+    work = made(OUT / "controllers")
     drive = torque_map_drive.load("shipped", mil, work)
     bench = Bench(mil, drive, work, options.jobs)
-    names = chosen(options.methods, methods(mil, bench.scenario))
+    names = chosen("--methods", options.methods, methods(mil, bench.scenario))
     records: list[Record] = []
 
     def run_all(title: str, cases: list) -> None:
-        records.extend(bench.run(cases, progress_of(len(cases), title, "compare_controllers")))
+        records.extend(bench.run(cases, progress_of(len(cases), title, PROGRAM)))
 
     run_all("periods", [case for name in names for case in controller_cases.tuning(name)])
     results = Results(drive.version, drive.commit, names, {}, records, cost.step_ns(names))
@@ -77,18 +71,12 @@ def measure(options: argparse.Namespace) -> Results:
 
 def main(arguments: list[str]) -> int:
     options = parse_arguments(arguments)
-    if options.page:
-        if not RESULTS.is_file():
-            raise UserError(f"{RESULTS} is missing; scripts/compare_controllers measures it.")
-        results = Results.load(RESULTS)
-    else:
-        results = measure(options)
+    results = json_file.read(RESULTS, Results, PROGRAM) if options.page else measure(options)
     is_of_page = not options.quick and options.methods is None
     if is_of_page:
         if not options.page:
-            results.save(RESULTS)
-        for written in page.write(results, DOCS):
-            print(written)
+            json_file.write(RESULTS, results)
+        print(*page.write(results, DOCS), sep="\n")
     else:
         print(page.text(results))
     failed = [record for record in results.records if record.reason]
@@ -98,4 +86,4 @@ def main(arguments: list[str]) -> int:
 
 
 if __name__ == "__main__":
-    run("compare_controllers", main)
+    run(PROGRAM, main)

@@ -1,6 +1,5 @@
 """Runs the cases of the bench of control methods, several at a time, and keeps their figures."""
 
-import json
 import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
@@ -9,9 +8,8 @@ from pathlib import Path
 from sextant_py import printed_configuration
 from sextant_py.errors import UserError
 from sextant_py.short_run import run_of
-from sextant_py.sweep_file import toml_value
 
-from studies import json_file
+from studies.command import write_toml
 from studies.parallel import in_order
 from studies.torque_map.drive import Drive
 
@@ -78,25 +76,14 @@ class Results:
                 return record.metrics.get(name)
         return None
 
-    def save(self, file: Path) -> None:
-        content = self.__dict__ | {"records": [record.__dict__ for record in self.records]}
-        json_file.write(file, content)
-
-    @staticmethod
-    def load(file: Path) -> "Results":
-        content = json.loads(file.read_text(encoding="utf-8"))
-        return Results(**content | {"records": [Record(**record) for record in content["records"]]})
-
 
 class Bench:
     """The drive of configs/ecu.toml, on which only the case's settings change."""
 
     def __init__(self, mil: Path, drive: Drive, directory: Path, jobs: int) -> None:
         self.mil, self.drive, self.jobs = mil, drive, jobs
-        self.scenario = directory / "controllers.toml"
-        lines = ['name = "controllers"', "duration_s = 1"]
-        lines += [f"{key} = {toml_value(value)}" for key, value in drive.base.items()]
-        self.scenario.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        own = {"name": "controllers", "duration_s": 1}  # and no torque: a cycle brings one
+        self.scenario = write_toml(directory / "controllers.toml", own | drive.base)
 
     def run(self, cases: list[Case], step: Callable[[], None]) -> list[Record]:
         return in_order(self._run, cases, self.jobs, step)

@@ -1,9 +1,10 @@
 """The page of the bench of control methods, from its results."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
-from studies.page import filled, table
+from studies.page import figure, filled, table
+from studies.published import published
 
 from . import cost, figures
 from .cases import BEST, DETUNED, LOW_SPEED, OPTIMA, REFERENCE, SWITCHING_HZ
@@ -14,31 +15,34 @@ Value = Callable[[str], object]
 SHORT = ("sampling", "switching", "start")  # what --quick measures
 
 
-def figure(value: float | None, digits: int = 2) -> str:
-    return "–" if value is None else f"{value:.{digits}f}"
-
-
-def _by_method(results: Results, rows: list[tuple[str, Value]]) -> str:
+def _by_method(results: Results, rows: Iterable[tuple[str, Value]]) -> str:
     return table(("", *results.methods), ((title, *(value(m) for m in results.methods)) for title, value in rows))
+
+
+def _of(results: Results, section: str, what: tuple, *metrics: tuple) -> Value:
+    """Of a method its metrics in one case of a section, each by name, digits and scale."""
+
+    def value(method: str) -> str:
+        found = ((results.metric(section, method, what, name), *form) for name, *form in metrics)
+        return "/".join(figure(*one) for one in found)
+
+    return value
+
+
+def _worst(records: Iterable[Record], of: str | Callable[[Record], float | None], digits: int = 2) -> str:
+    """The largest magnitude of a metric, or of a figure of the records."""
+    values = [r.metrics.get(of) if isinstance(of, str) else of(r) for r in records]
+    return figure(max((abs(value) for value in values if value is not None), default=None), digits)
 
 
 def _section(results: Results, section: str) -> str:
     """At the reference point, and the worst over all points whose torque is available."""
 
-    def of(name: str, digits: int, scale: float = 1.0) -> Value:
-        def value(method: str) -> str:
-            found = results.metric(section, method, REFERENCE, name)
-            return figure(None if found is None else found * scale, digits)
-
-        return value
+    def of(*metric: object) -> Value:
+        return _of(results, section, REFERENCE, metric)
 
     def worst(name: str, digits: int) -> Value:
-        def value(method: str) -> str:
-            records = [r for r in results.of(section, method) if not r.reason and is_available(r)]
-            values = [abs(r.metrics[name]) for r in records if r.metrics.get(name) is not None]
-            return figure(max(values), digits) if values else "–"
-
-        return value
+        return lambda m: _worst((r for r in results.of(section, m) if not r.reason and is_available(r)), name, digits)
 
     rows: list[tuple[str, Value]] = [
         ("torque ripple, RMS [N·m]", of("torque_ripple_rms_nm", 2)),
@@ -56,59 +60,38 @@ def _section(results: Results, section: str) -> str:
 def is_available(record: Record) -> bool:
     """The command was within the published torque, so that the reference is the command."""
     speed, torque = record.what
-    side = "torque_motoring_nm" if speed * torque >= 0 else "torque_regenerating_nm"
-    published = record.metrics.get(side)
-    return published is not None and abs(torque) < published
+    return abs(torque) < (published(record.metrics, speed, torque) or 0.0)
 
 
 def _starts(results: Results) -> str:
-    rows = [
-        (
-            f"{limit} A",
-            lambda m, limit=limit: "/".join(
-                figure(results.metric("start", m, (limit,), name), 1) for name in ("response_time_ms", "peak_current_a")
-            ),
-        )
-        for limit in (20, 40)
-    ]
-    return _by_method(results, rows)
+    metrics = (("response_time_ms", 1), ("peak_current_a", 1))
+    return _by_method(results, ((f"{limit} A", _of(results, "start", (limit,), *metrics)) for limit in (20, 40)))
 
 
 def _detuned(results: Results) -> str:
     """Each wrong parameter with ideal sensors, and exact ones with real sensors."""
     cases = [(name, "ideal") for name in DETUNED] + [(next(iter(DETUNED)), "real")]
-    rows = [
-        (
-            f"{name}, {sensors} sensors",
-            lambda m, what=(name, sensors): "/".join(
-                figure(results.metric("detuned", m, what, metric), 2)
-                for metric in ("torque_bias_nm", "torque_ripple_rms_nm")
-            ),
-        )
-        for name, sensors in cases
-    ]
-    return _by_method(results, rows)
+    metrics = (("torque_bias_nm",), ("torque_ripple_rms_nm",))
+    return _by_method(
+        results, ((f"{one[0]}, {one[1]} sensors", _of(results, "detuned", one, *metrics)) for one in cases)
+    )
 
 
 def _low_speed(results: Results) -> list[tuple[str, Value]]:
     """Over the points up to LOW_SPEED with torque, and 10 s at standstill."""
 
-    def worst(method: str, of: Callable[[Record], float]) -> str:
-        points = [r for r in results.of("sampling", method) if abs(r.what[0]) <= LOW_SPEED and is_available(r)]
-        return figure(max(map(of, points), default=None))
+    def worst(of: str | Callable[[Record], float]) -> Value:
+        def points(method: str) -> Iterable[Record]:
+            return (r for r in results.of("sampling", method) if abs(r.what[0]) <= LOW_SPEED and is_available(r))
 
+        return lambda m: _worst(points(m), of)
+
+    standstill = _of(results, "standstill", (), ("torque_ripple_rms_nm",))
     return [
-        ("low speed: torque ripple, RMS, worst [N·m]", lambda m: worst(m, ripple)),
-        ("low speed: stator flux, worst deviation [%]", lambda m: worst(m, lambda r: 100 * flux_error(r))),
-        (
-            "15 N·m at standstill for 10 s: ripple, RMS [N·m]",
-            lambda m: figure(results.metric("standstill", m, (), "torque_ripple_rms_nm")),
-        ),
+        ("low speed: torque ripple, RMS, worst [N·m]", worst("torque_ripple_rms_nm")),
+        ("low speed: stator flux, worst deviation [%]", worst(lambda r: 100 * flux_error(r))),
+        ("15 N·m at standstill for 10 s: ripple, RMS [N·m]", standstill),
     ]
-
-
-def ripple(record: Record) -> float:
-    return record.metrics["torque_ripple_rms_nm"]
 
 
 def flux_error(record: Record) -> float:
@@ -121,8 +104,7 @@ def _sensorless(results: Results) -> str:
     """The worst of each method over the points."""
 
     def worst(method: str, name: str) -> str:
-        values = (r.metrics.get(name) for r in results.of("sensorless", method))
-        return figure(max((abs(value) for value in values if value is not None), default=None))
+        return _worst(results.of("sensorless", method), name)
 
     return "; ".join(
         f"`{m}` is off by at most {worst(m, 'torque_bias_nm')} N·m, with a ripple of at most "
@@ -133,39 +115,27 @@ def _sensorless(results: Results) -> str:
 
 
 def _cycle(results: Results) -> str:
-    def of(name: str, digits: int, scale: float = 1.0) -> Value:
-        return lambda method: _scaled(results, method, "constant", name, digits, scale)
-
-    return _by_method(
-        results,
-        [
-            ("torque error, RMS [N·m]", of("torque_error_rms_nm", 3)),
-            ("switching frequency [kHz]", of("switching_frequency_hz", 1, 1e-3)),
-            ("energy from the link [kJ]", of("energy_from_link_j", 1, 1e-3)),
-            ("energy into the link [kJ]", of("energy_to_link_j", 1, 1e-3)),
-            ("copper loss [kJ]", of("energy_copper_j", 1, 1e-3)),
-        ],
-    )
-
-
-def _scaled(results: Results, method: str, optimum: str, name: str, digits: int, scale: float) -> str:
-    found = results.metric("cycle", method, (optimum,), name)
-    return figure(None if found is None else found * scale, digits)
+    metrics = {
+        "torque error, RMS [N·m]": ("torque_error_rms_nm", 3),
+        "switching frequency [kHz]": ("switching_frequency_hz", 1, 1e-3),
+        "energy from the link [kJ]": ("energy_from_link_j", 1, 1e-3),
+        "energy into the link [kJ]": ("energy_to_link_j", 1, 1e-3),
+        "copper loss [kJ]": ("energy_copper_j", 1, 1e-3),
+    }
+    return _by_method(results, ((title, _of(results, "cycle", ("constant",), one)) for title, one in metrics.items()))
 
 
 def _flux(results: Results) -> str:
-    methods = [m for m in results.methods if len(results.of("cycle", m)) == len(OPTIMA)]
-    rows = []
-    for method in methods:
-        for optimum in OPTIMA:
-            rows.append((
-                f"`{method}`, `{optimum}`",
-                _scaled(results, method, optimum, "energy_copper_j", 1, 1e-3),
-                _scaled(results, method, optimum, "torque_error_rms_nm", 3, 1),
-                _scaled(results, method, optimum, "switching_frequency_hz", 1, 1e-3),
-            ))  # fmt: skip
+    def row(method: str, optimum: str) -> tuple:
+        def of(*metric: object) -> str:
+            return _of(results, "cycle", (optimum,), metric)(method)
+
+        error, switching = of("torque_error_rms_nm", 3), of("switching_frequency_hz", 1, 1e-3)
+        return f"`{method}`, `{optimum}`", of("energy_copper_j", 1, 1e-3), error, switching
+
+    methods = (m for m in results.methods if len(results.of("cycle", m)) == len(OPTIMA))
     heads = ("", "copper loss [kJ]", "torque error, RMS [N·m]", "switching [kHz]")
-    return table(heads, rows)
+    return table(heads, (row(method, optimum) for method in methods for optimum in OPTIMA))
 
 
 def _cost(results: Results) -> str:

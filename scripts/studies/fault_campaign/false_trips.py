@@ -3,7 +3,7 @@
 import random
 import tempfile
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -13,10 +13,11 @@ from sextant_py.paths import ROOT
 from sextant_py.short_run import run_of
 from sextant_py.sweep_file import Settings
 
-from studies.parallel import as_finished
+from studies.command import write_toml
 from studies.torque_map import drive as torque_map_drive
+from studies.torque_map import scale
 
-SENSORS: Settings = torque_map_drive.SENSORS["real"] | {
+SENSORS: Settings = scale.SENSORS["real"] | {
     "plant.sensors.encoder.lines": 1024,
     "plant.sensors.encoder.speed": "period",
     "plant.sensors.encoder.window_periods": 20,
@@ -44,9 +45,6 @@ class Hours:
     runs: int = 0
     faults: dict[str, int] = field(default_factory=Counter)
     cases: list[str] = field(default_factory=list)
-
-    def to_json(self) -> dict:
-        return vars(self) | {"faults": dict(self.faults)}
 
 
 Points = list[tuple[float, float]]
@@ -119,10 +117,9 @@ class Lab:
     def __init__(self, mil: Path, directory: Path) -> None:
         self.mil = mil
         self.drive = torque_map_drive.load("shipped", mil, directory)
-        text = (directory / "shipped.toml").read_text(encoding="utf-8")
-        # A cycle brings a torque of its own.
-        self.plain = directory / "plain.toml"
-        self.plain.write_text(text.replace("[profile.torque_nm]\nvalue = 0\n", ""), encoding="utf-8")
+        # Without torque: a cycle brings one.
+        own = {"name": "plain", "duration_s": 1}
+        self.plain = write_toml(directory / "plain.toml", own | self.drive.base)
 
     def run(self, drive: Drive) -> tuple[Drive, dict]:
         with tempfile.TemporaryDirectory(prefix="sextant-trips-") as name:
@@ -137,10 +134,6 @@ class Lab:
         if ended.summary is None:
             raise UserError(f"{drive.kind}, seed {drive.seed}: {ended.said}.")
         return drive, ended.summary
-
-    def run_all(self, list_of_drives: list[Drive], jobs: int) -> Iterator[tuple[Drive, dict]]:
-        for _, found in as_finished(self.run, list_of_drives, jobs):
-            yield found
 
 
 def add(hours: dict[str, Hours], drive: Drive, summary: dict) -> None:

@@ -5,18 +5,19 @@ import json
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from types import ModuleType
 
 from sextant_py import mil_program
 from sextant_py.errors import UserError, run
 from sextant_py.paths import OUT, ROOT
-from sextant_py.program_arguments import add_runs, parser_of
+from sextant_py.program_arguments import add_runs, from_one, parser_of
 
 from studies import json_file
-from studies.torque_map.run import progress_of
+from studies.command import made
+from studies.page import put_into
+from studies.parallel import as_finished, in_order
+from studies.plant_faults import injections_table
 
 from . import false_trips, honest, library
 from . import file as fault_campaign_file
@@ -48,13 +49,11 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument("--honest", action="store_true", help="on a plant with the errors of a real one, identified")
     parser.add_argument("--quick", action="store_true", help="a few seeds and minutes, no page")
     parser.add_argument(
-        "--seeds", type=int, metavar="N", help="of each injection (default: 100; --library, --honest: 1)"
+        "--seeds", type=from_one, metavar="N", help="of each injection (default: 100; --library, --honest: 1)"
     )
     parser.add_argument("--hours", type=float, metavar="H", help="simulated hours of each driving (default: 1)")
     add_runs(parser)
     options = parser.parse_args(arguments)
-    if options.seeds is not None and options.seeds < 1:
-        parser.error(f"--seeds: expected a number from 1, got {options.seeds}")
     if options.hours is not None and options.hours < 0:
         parser.error(f"--hours: expected a number from 0, got {options.hours:g}")
     if options.methods and not options.file:
@@ -88,20 +87,12 @@ def output_of(*words: object) -> str:
     return done.stdout
 
 
-def injections(seeds: int, jobs: int) -> Iterator[dict]:
-    """What each injection has shown, in the order of the list."""
-    count = len(output_of().splitlines())
-    pool = ThreadPoolExecutor(jobs)
-    try:
-        yield from (json.loads(text) for text in pool.map(lambda n: output_of(n, seeds), range(count)))
-    finally:
-        pool.shutdown(cancel_futures=True)
-
-
 def provoke(options: argparse.Namespace) -> list[dict]:
+    """What each injection has shown, in the order of the list."""
     mil_program.build(PROGRAM.name, "-DSEXTANT_BUILD_BENCHMARKS=ON")
-    found = []
-    for one in injections(options.seeds, options.jobs):
+
+    def inject(number: int) -> dict:
+        one = json.loads(output_of(number, options.seeds))
         bad = one["missed"] or one["late"] or one["trips_inside"]
         print(
             f"{one['name']:32} {one['fault']:22} {one['runs']:5} runs, {one['missed']} missed, "
@@ -109,8 +100,9 @@ def provoke(options: argparse.Namespace) -> list[dict]:
             f"  {one['worst']}" if bad else "",
             flush=True,
         )
-        found.append(one)
-    return found
+        return one
+
+    return in_order(inject, range(len(output_of().splitlines())), options.jobs)
 
 
 def drive(options: argparse.Namespace) -> list[false_trips.Hours]:
@@ -118,7 +110,7 @@ def drive(options: argparse.Namespace) -> list[false_trips.Hours]:
     with tempfile.TemporaryDirectory(prefix="sextant-trips-") as name:
         lab = false_trips.Lab(options.mil, Path(name))
         plan = false_trips.drives(options.hours)
-        for done, (one, summary) in enumerate(lab.run_all(plan, options.jobs), start=1):
+        for done, (_, (one, summary)) in enumerate(as_finished(lab.run, plan, options.jobs), start=1):
             false_trips.add(hours, one, summary)
             if summary["faults"] or done % 50 == 0 or done == len(plan):
                 trips = f": {hours[one.kind].cases[-1]}" if summary["faults"] else ""
@@ -128,49 +120,39 @@ def drive(options: argparse.Namespace) -> list[false_trips.Hours]:
 
 def of_a_file(options: argparse.Namespace) -> int:
     """The campaign of the drive of a file."""
-    work = OUT / "fault_campaign"
-    work.mkdir(parents=True, exist_ok=True)
+    work = made(OUT / "fault_campaign")
     campaign = fault_campaign_file.Campaign(options.file, options.mil, work)
     for key in campaign.drive.left_out:
         print(f"fault_campaign: {key} is left out: no scenario has it", file=sys.stderr)
     methods = fault_campaign_file.chosen_methods(options.methods, campaign.method)
     plan = fault_campaign_file.cases(methods, options.seeds, campaign.sensors)
-    found = campaign.run_all(plan, options.jobs, progress_of(len(plan), options.file.name, "fault_campaign"))
+    found = campaign.run_all(plan, options.jobs, options.file.name)
     hours = campaign.hours(methods, options.hours, options.jobs) if options.hours > 0 else []
-    print(fault_campaign_file.faults_table(found), trip_list(hours), sep="\n\n")
-    results = {"seeds": options.seeds, "runs": found, "hours": [one.to_json() for one in hours]}
-    keep(results, work / f"{options.file.stem}.json")
-    return verdict(found, hours)
+    print(injections_table(found, ("name", "method")), trip_list(hours), sep="\n\n")
+    return verdict(keep(options, fault_campaign_file.Found(found, hours), work / f"{options.file.stem}.json"))
 
 
 def of_a_study(options: argparse.Namespace, study: ModuleType, name: str, subject: str) -> int:
     """The campaign on the machines of a library, or on a plant with the errors of a real one."""
-    work = OUT / "fault_campaign"
-    work.mkdir(parents=True, exist_ok=True)
-    found = study.measure(
-        options.seeds,
-        options.hours,
-        options.jobs,
-        options.mil,
-        work,
-        lambda count, of: progress_of(count, of, "fault_campaign"),
-    )
+    work = made(OUT / "fault_campaign")
+    found = study.measure(options.seeds, options.hours, options.jobs, options.mil, work)
     print(study.tables(found))
-    results = {"seeds": options.seeds, "runs": found.runs, "hours": [one.to_json() for one in found.hours]}
-    keep(results, work / f"{name}.json")
+    keep(options, found, work / f"{name}.json")
     if options.is_of_page:
-        study.write(PAGE, found, options.seeds)
+        put_into(PAGE, study.blocks(found, options.seeds))
         print(f"fault_campaign: {PAGE.relative_to(ROOT)} has the tables of {subject}")
-    return verdict(found.all_runs, found.hours)
+    return verdict(found)
 
 
-def keep(results: dict, file: Path) -> None:
-    json_file.write(file, results)
+def keep(options: argparse.Namespace, found: fault_campaign_file.Found, file: Path) -> fault_campaign_file.Found:
+    json_file.write(file, {"seeds": options.seeds} | vars(found))
     print(file)
+    return found
 
 
-def verdict(found: list[dict], hours: list[false_trips.Hours]) -> int:
-    bad, trips = fault_campaign_file.wrong(found), sum(sum(one.faults.values()) for one in hours)
+def verdict(found: fault_campaign_file.Found) -> int:
+    """The exit status."""
+    bad, trips = fault_campaign_file.wrong(found.runs), sum(sum(one.faults.values()) for one in found.hours)
     for one in bad[:10]:
         print(f"fault_campaign: {one['case']}: {one['kind']}: {one['seen']}", file=sys.stderr)
     if bad or trips:
@@ -190,9 +172,7 @@ def main(arguments: list[str]) -> int:
     faults = provoke(options)
     hours = drive(options) if options.hours > 0 else []
     print(fault_table(faults), trip_list(hours), sep="\n\n")
-    OUT.mkdir(parents=True, exist_ok=True)
-    results = {"seeds": options.seeds, "faults": faults, "hours": [one.to_json() for one in hours]}
-    json_file.write(OUT / "fault_campaign.json", results)
+    json_file.write(OUT / "fault_campaign.json", {"seeds": options.seeds, "faults": faults, "hours": hours})
     if options.is_of_page:
         write(PAGE, options.seeds, faults, hours)
         print(f"fault_campaign: {PAGE.relative_to(ROOT)} has the tables")

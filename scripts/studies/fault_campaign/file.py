@@ -4,35 +4,20 @@ ideal and with real sensors or with those of the file, and driving without a fau
 import math
 import random
 import tempfile
-from collections import Counter
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from sextant_py.control_methods import METHODS
 from sextant_py.short_run import summary_of
 from sextant_py.sweep_file import Settings
 
-from studies.page import table
-from studies.parallel import in_order
-from studies.plant_faults import (
-    FAULTS,
-    HARMLESS,
-    KINDS,
-    MISSED,
-    NAMED,
-    OTHERWISE,
-    REFUSED,
-    SPEED_CHANGE,
-    PlantFault,
-    leaving_speed,
-    of_a_trip,
-)
+from studies.parallel import in_order, progress_of
+from studies.plant_faults import FAULTS, HARMLESS, MISSED, REFUSED, SPEED_CHANGE, PlantFault, leaving_speed, of_a_trip
+from studies.published import mean_and_due, published
 from studies.torque_map import file as torque_map_file
-from studies.torque_map.drive import SENSORS, Drive
-from studies.torque_map.file import Scale
-from studies.torque_map.points import SPEEDS
 from studies.torque_map.run import Lab
+from studies.torque_map.scale import BASE_SPEED, SENSORS, SPEEDS
 
 from . import false_trips
 
@@ -51,6 +36,14 @@ ENCODER: Settings = {
     f"{SENSOR}encoder.speed": "period",
     f"{SENSOR}encoder.window_periods": 20,
 }
+
+
+@dataclass
+class Found:
+    """What a campaign has shown: its runs, and driving without a fault."""
+
+    runs: list[dict] = field(default_factory=list)
+    hours: list[false_trips.Hours] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -86,16 +79,15 @@ class Campaign:
     """The drive of a file."""
 
     def __init__(self, file: Path, mil: Path, directory: Path) -> None:
-        self.drive: Drive
-        self.scale: Scale
-        self.drive, self.scale = torque_map_file.load(file, mil, directory)
+        self.drive = torque_map_file.load(file, mil, directory)
+        self.scale = self.drive.scale
         self.lab = Lab(mil, self.drive, directory)
         # Errors of the sensors that the drive runs with: the last are the largest.
         has_own = any(key.startswith(SENSOR) and key != SEED for key in self.drive.base)
         self.sensors: dict[str, Settings] = {OWN: {}} if has_own else self.scale.sensors
         self.method = self.drive.configuration["control.controller"]
         # The map's speeds go beyond it, as those of the shipped drive do. [rad/s]
-        self.base_speed = self.scale.speeds[-1] * torque_map_file.BASE_SPEED / SPEEDS[-1]
+        self.base_speed = self.scale.speeds[-1] * BASE_SPEED / SPEEDS[-1]
 
     def place(self, case: Case) -> tuple[float, float]:
         """Speed [rad/s], and torque [N·m]."""
@@ -137,18 +129,15 @@ class Campaign:
         if record["faults"]:
             names = case.fault.names if case.fault else ()
             return of_a_trip(record["faults"][0], names, self.times(case)[0], self.scale.step_s)
-        _, torque = self.place(case)
-        ahead = self.place(case)[0] * torque >= 0
-        offered = record["torque_motoring_nm" if ahead else "torque_regenerating_nm"]
-        due = math.copysign(min(abs(torque), offered or 0.0), torque)
-        mean = torque + record["torque_bias_nm"]
+        speed, torque = self.place(case)
+        mean, due = mean_and_due(record, speed, torque)
         off = abs(mean - due) > max(self.scale.torque_floor, TOLERANCE * abs(torque))
-        if offered is None or off:
+        if off or published(record, speed, torque) is None:
             return {"kind": MISSED, "seen": f"{mean:.4g} N·m for {due:.4g} N·m"}
         return {"kind": HARMLESS}
 
-    def run_all(self, plan: list[Case], jobs: int, step: Callable[[], None]) -> list[dict]:
-        return in_order(self.run, plan, jobs, step)
+    def run_all(self, plan: list[Case], jobs: int, name: str) -> list[dict]:
+        return in_order(self.run, plan, jobs, progress_of(len(plan), name, "fault_campaign"))
 
     @property
     def encoder(self) -> Settings:
@@ -181,22 +170,6 @@ class Campaign:
 
 def chosen_methods(wanted: str | None, own: str) -> list[str]:
     return [own] if wanted is None else list(METHODS) if wanted == "all" else wanted.split(",")
-
-
-def faults_table(found: list[dict]) -> str:
-    head = ("injection", "method", "runs", NAMED, OTHERWISE, HARMLESS, MISSED, REFUSED, "latest [ms]", "tripped as")
-    groups: dict[tuple[str, str], list[dict]] = {}
-    for one in found:
-        groups.setdefault((one["name"], one["method"]), []).append(one)
-    rows = []
-    for (name, method), own in groups.items():
-        counts = Counter(one["kind"] for one in own)
-        late = max((one["late_ms"] for one in own if one["late_ms"] is not None), default=None)
-        seen = Counter(one["seen"] for one in own if one["kind"] in (NAMED, OTHERWISE))
-        named = ", ".join(f"{fault} {count}" for fault, count in seen.most_common()) or "–"
-        shown = "–" if late is None else f"{late:.4g}"
-        rows.append((name, f"`{method}`", len(own), *(counts[kind] for kind in KINDS), shown, named))
-    return table(head, rows, left=(0, 1, 9))
 
 
 def wrong(found: list[dict]) -> list[dict]:

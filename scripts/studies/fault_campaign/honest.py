@@ -1,51 +1,28 @@
 """The fault campaign of the drive on an honest plant, told what `identify` finds there, and its tables."""
 
 from collections import Counter
-from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 
 from studies import honest_drive
-from studies.page import counted, put
-from studies.plant_faults import HARMLESS, KINDS, MISSED
+from studies.page import counted
+from studies.plant_faults import HARMLESS, KINDS, MISSED, injections_table
 
-from . import false_trips
-from . import file as fault_campaign_file
-from .file import STEADY, faults_table
+from .file import PLACES, STEADY, Campaign, Found, cases
 from .page import trip_list
 
 SEEDS = 1
 DRIVING = honest_drive.ORDINARY
-Progress = Callable[[int, str], Callable[[], None]]
 
 
-@dataclass
-class Found:
-    """Runs of each inverter by its label, and driving without a fault."""
-
-    runs: dict[str, list[dict]]
-    hours: list[false_trips.Hours]
-
-    @property
-    def all_runs(self) -> list[dict]:
-        return [one for runs in self.runs.values() for one in runs]
-
-
-def measure(seeds: int, hours: float, jobs: int, mil: Path, directory: Path, progress: Progress) -> Found:
-    found = Found({}, [])
+def measure(seeds: int, hours: float, jobs: int, mil: Path, directory: Path) -> Found:
+    found = Found()
     for inverter in honest_drive.INVERTERS:
-        file = honest_drive.identified(inverter, mil, directory)
-        campaign = fault_campaign_file.Campaign(file, mil, directory)
-        plan = fault_campaign_file.cases(honest_drive.METHODS, seeds, campaign.sensors)
-        found.runs[inverter.label] = campaign.run_all(plan, jobs, progress(len(plan), inverter.label))
+        campaign = Campaign(honest_drive.identified(inverter, mil, directory), mil, directory)
+        own = campaign.run_all(cases(honest_drive.METHODS, seeds, campaign.sensors), jobs, inverter.label)
+        found.runs += [one | {"inverter": inverter.label} for one in own]
         if hours > 0 and inverter is DRIVING:
             found.hours = campaign.hours(honest_drive.METHODS, hours, jobs)
     return found
-
-
-def injections(found: Found) -> str:
-    """A table for each inverter."""
-    return "\n\n".join(f"{label}:\n\n{faults_table(runs)}" for label, runs in found.runs.items())
 
 
 def summary(runs: list[dict]) -> str:
@@ -65,13 +42,14 @@ def summary(runs: list[dict]) -> str:
 
 
 def tables(found: Found) -> str:
-    return "\n\n".join((injections(found), trip_list(found.hours)))
+    """For the terminal: the injections by inverter."""
+    labels = dict.fromkeys(one["inverter"] for one in found.runs)
+    runs = {label: [one for one in found.runs if one["inverter"] == label] for label in labels}
+    own = (f"{label}:\n\n{injections_table(of, ('name', 'method'))}" for label, of in runs.items())
+    return "\n\n".join((*own, trip_list(found.hours)))
 
 
-def write(page: Path, found: Found, seeds: int) -> None:
-    """Puts the tables into the page."""
-    text = page.read_text(encoding="utf-8")
-    places = len(fault_campaign_file.PLACES)
-    size = f"{counted(seeds, 'seed')} at {places} operating points: {summary(found.all_runs)}"
-    text = put(text, "honest", size)
-    page.write_text(put(text, "honest hours", trip_list(found.hours)), encoding="utf-8")
+def blocks(found: Found, seeds: int) -> dict[str, str]:
+    """By mark of the page."""
+    runs = f"{counted(seeds, 'seed')} at {len(PLACES)} operating points: {summary(found.runs)}"
+    return {"honest": runs, "honest hours": trip_list(found.hours)}

@@ -2,9 +2,7 @@
 
 from pathlib import Path
 
-from sextant_py.errors import UserError
-
-from studies.page import counted, put, table
+from studies.page import counted, put_into, table
 
 from .false_trips import Hours
 
@@ -56,11 +54,4 @@ def write(page: Path, seeds: int, faults: list[dict], hours: list[Hours]) -> Non
     size = f"{counted(seeds, 'seed')} at 3 operating points, with ideal and with real sensors: {counted(runs, 'run')}, "
     size += f"{missed} missed, {late} later than their bounds.\n"
     size += f"Just inside the limits: {inside} runs, {trips} trips."
-    try:
-        text = page.read_text(encoding="utf-8")
-        text = put(text, "size", size)
-        text = put(text, "faults", fault_table(faults))
-        text = put(text, "trips", trip_list(hours))
-        page.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise UserError(f"{page} cannot be written: {error.strerror}.") from None
+    put_into(page, {"size": size, "faults": fault_table(faults), "trips": trip_list(hours)})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,7 +12,7 @@ from sextant_py.control_methods import METHODS
 from studies.picture import picture
 
 from .points import PERIODS_US, SPEEDS
-from .results import Outcome, Results
+from .results import Outcome, Results, grouped
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,12 +21,10 @@ if TYPE_CHECKING:
 def shares(results: Results, row: Callable[[Outcome], object], column: Callable[[Outcome], object],
            rows: list, columns: list) -> list[list[float]]:  # fmt: skip
     """Of the points that are not right, in percent; not a number where there are none."""
-    found: dict[tuple, list[bool]] = {}
-    for one in results.outcomes:
-        found.setdefault((row(one), column(one)), []).append(not one.is_right)
-    nothing = float("nan")
+    found = grouped(results.outcomes, lambda one: (row(one), column(one)))
     own = [[found.get((r, c), []) for c in columns] for r in rows]
-    return [[100 * sum(cell) / len(cell) if cell else nothing for cell in line] for line in own]
+    return [[100 * sum(not one.is_right for one in cell) / len(cell) if cell else math.nan for cell in line]
+            for line in own]  # fmt: skip
 
 
 def border_cells(axes: Axes, rows: int, columns: int) -> None:

@@ -2,16 +2,15 @@
 told what `identify` finds there.
 """
 
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from sextant_py import identify
 from sextant_py.errors import UserError
 from sextant_py.identify_files import told
-from sextant_py.sweep_file import Settings, toml_value
+from sextant_py.sweep_file import Settings
 
-from studies import honest_drive
-from studies.torque_map.file import LINK, OVER_CURRENT
+from studies import honest_drive, identification
+from studies.parallel import in_order
+from studies.torque_map.scale import LINK, OVER_CURRENT
 
 from .points import RANGE_SHARE, Machine, Point
 from .run import Lab
@@ -46,34 +45,26 @@ def identified(lab: Lab, machine: Machine, period_us: int, errors: Settings, dir
     """What `identify` tells a drive with this machine, of which the drops of its switches are known."""
     known: Settings = {"drive.inverter.slope_ohm": errors["plant.inverter.slope_ohm"]}
     given = errors | known | {"drive.period_us": period_us}
-    words = [str(lab.scenario(machine.id)), "--only", ",".join(honest_drive.ALL_PARTS)]
-    words += ["--threshold-v", toml_value(errors["plant.inverter.threshold_v"])]
-    words += [word for key, value in given.items() for word in ("--set", f"{key}={toml_value(value)}")]
-    work = directory / f"identify_{machine.id}_{period_us}"
-    work.mkdir(parents=True, exist_ok=True)
-    options = identify.parse_arguments(words)
-    return known | told(identify.identified(lab.scenario(machine.id), lab.mil, work, options))
+    work, threshold_v = directory / f"identify_{machine.id}_{period_us}", errors["plant.inverter.threshold_v"]
+    file, parts = lab.scenario(machine.id), honest_drive.ALL_PARTS
+    return known | told(identification.identified(file, lab.mil, work, parts, given, threshold_v))
 
 
 def settings_of(lab: Lab, points: list[Point], directory: Path, jobs: int) -> tuple[dict, dict]:
     """By machine and period: plant and drive, and the sentences of those that identify does not finish."""
-    found, refused = {}, {}
     pairs = {(p.cell.machine, p.cell.period_us): p for p in points if isinstance(lab.configuration(p), dict)}
 
     def one(point: Point) -> tuple[Settings | None, str]:
-        machine = lab.machines[point.cell.machine]
-        errors = plant(machine, point.cell.period_us, lab.configuration(point))
+        machine, period = lab.machines[point.cell.machine], point.cell.period_us
+        errors = plant(machine, period, lab.configuration(point))
+        settings, refusal = None, ""
         try:
-            return errors | identified(lab, machine, point.cell.period_us, errors, directory), ""
+            settings = errors | identified(lab, machine, period, errors, directory)
         except UserError as error:
-            return None, f"identify: {error}"
+            refusal = f"identify: {error}"
+        print(f"machine_library: {machine.id}, {period} us: {refusal or honest_drive.shown(settings)}", flush=True)
+        return settings, refusal
 
-    with ThreadPoolExecutor(jobs) as pool:
-        for key, (settings, refusal) in zip(pairs, pool.map(one, pairs.values()), strict=True):
-            if settings is None:
-                refused[key] = refusal
-            else:
-                found[key] = settings
-            machine, period = key
-            print(f"machine_library: {machine}, {period} us: {refusal or honest_drive.shown(settings)}", flush=True)
-    return found, refused
+    ended = dict(zip(pairs, in_order(one, pairs.values(), jobs), strict=True))
+    found = {key: settings for key, (settings, _) in ended.items() if settings is not None}
+    return found, {key: refusal for key, (_, refusal) in ended.items() if refusal}

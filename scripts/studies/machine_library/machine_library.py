@@ -6,16 +6,18 @@ from pathlib import Path
 
 from sextant_py import mil_program
 from sextant_py.control_methods import METHODS
-from sextant_py.errors import UserError, run
+from sextant_py.errors import run
 from sextant_py.paths import OUT, ROOT
-from sextant_py.program_arguments import add_runs, parser_of
+from sextant_py.program_arguments import add_runs, from_one, parser_of
 
-from studies.torque_map.run import progress_of
+from studies import json_file
+from studies.command import chosen, made, words
+from studies.parallel import progress_of
 
 from . import faults, page, random_points, scenarios
 from . import honest as machine_library_honest
-from .points import PERIODS_US, POINTS_A_CELL, Machine, Point, cells, points, quick_points, read_library
-from .results import Outcome, Results, load, outcome, save
+from .points import PERIODS_US, POINTS_A_CELL, Cell, Point, cells, chosen_machines, points, quick_points
+from .results import Outcome, Results, outcome
 from .run import Lab, Record
 
 PROGRAM = "machine_library"
@@ -35,76 +37,50 @@ Nothing is set but machine, link, method, control period and sensors: the drive 
 derated (less torque, and the drive says so), refused in a sentence, tripped, or wrong. Exit status: 0 when no healthy
 point, reversal or start tripped or was wrong, 1 when one was, 130 when interrupted."""
 PARTS = ("points", "faults", *scenarios.NAMES)
-
-
-def words(text: str) -> list[str]:
-    return [word for word in text.split(",") if word]
+FLAGS, LISTS, NUMBERS = ("honest", "quick"), ("machines", "methods", "periods", "parts"), ("random", "points")
 
 
 def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     parser = parser_of(
-        "machine_library", "Measures the shipped drive on every published machine, method and control period.", EXAMPLES
+        PROGRAM, "Measures the shipped drive on every published machine, method and control period.", EXAMPLES
     )
     parser.add_argument("--quick", action="store_true", help="a few points of each machine, printed; no page")
     parser.add_argument("--machines", type=words, metavar="A,B", help="these alone, printed; no page (default: all)")
-    parser.add_argument("--random", type=int, metavar="N", help="so many machines made at random, by the seed; no page")
+    parser.add_argument(
+        "--random", type=from_one, metavar="N", help="so many machines made at random, by the seed; no page"
+    )
     parser.add_argument(
         "--honest", action="store_true", help="on a plant with the errors of a real one, identified, printed; no page"
     )
     parser.add_argument("--methods", type=words, metavar="A,B", help="these alone, printed; no page (default: all)")
     parser.add_argument("--periods", type=words, metavar="US,US", help="these alone, printed; no page (default: all)")
-    parser.add_argument("--points", type=int, metavar="N", help=f"of each cell (default: {POINTS_A_CELL}); no page")
+    parser.add_argument(
+        "--points", type=from_one, metavar="N", help=f"of each cell (default: {POINTS_A_CELL}); no page"
+    )
     parser.add_argument("--seed", type=int, default=1, metavar="N", help="of points and random machines (default: 1)")
     parser.add_argument("--parts", type=words, metavar="A,B", help=f"of {', '.join(PARTS)}: these alone; no page")
     parser.add_argument("--from", dest="source", type=Path, metavar="FILE", help="no runs: the page from these results")
     parser.add_argument("--out", type=Path, metavar="DIR", help="results, picture and page (default: docs)")
     add_runs(parser)
     options = parser.parse_args(arguments)
-    if options.points is not None and options.points < 1:
-        parser.error(f"--points: expected a number from 1, got {options.points}")
-    if options.random is not None and (options.random < 1 or options.machines):
-        parser.error("--random: expected a number from 1, and no --machines beside it")
+    if options.random and options.machines:
+        parser.error("--random: the machines are made at random; leave --machines out")
     if options.honest and (options.parts or options.random):
         parser.error("--honest: has the points of the published machines alone, no --parts and no --random")
-    parts = (
-        options.honest,
-        options.quick,
-        options.machines,
-        options.random,
-        options.methods,
-        options.periods,
-        options.points,
-        options.parts,
-    )
-    options.is_of_page = not any(parts)
+    options.is_of_page = not any(getattr(options, name) for name in (*FLAGS, *LISTS, *NUMBERS))
     return options
-
-
-def chosen(option: str, wanted: list[str] | None, known: list[str]) -> list[str]:
-    for name in wanted or []:
-        if name not in known:
-            raise UserError(f'{option}: there is no "{name}"; they are {", ".join(known)}.')
-    return wanted or known
-
-
-def chosen_machines(wanted: list[str] | None) -> list[Machine]:
-    library = read_library()
-    names = chosen("--machines", wanted, [machine.id for machine in library])
-    return [machine for machine in library if machine.id in names]
 
 
 def command_of(options: argparse.Namespace) -> str:
     """That makes the same results."""
-    words = ["scripts/machine_library"]
-    words += ["--honest"] if options.honest else []
-    words += ["--quick"] if options.quick else []
-    for name in ("machines", "methods", "periods", "parts"):
-        if chosen := getattr(options, name):
-            words += [f"--{name}", ",".join(chosen)]
-    words += ["--random", str(options.random)] if options.random else []
-    words += ["--points", str(options.points)] if options.points else []
-    words += ["--seed", str(options.seed)] if options.seed != 1 else []
-    return " ".join(words)
+    given = {f"--{name}": getattr(options, name) for name in (*FLAGS, *LISTS, *NUMBERS)}
+    given["--seed"] = options.seed if options.seed != 1 else None
+    found = [f"scripts/{PROGRAM}"]
+    for option, value in given.items():
+        if value:
+            words = [] if value is True else [",".join(value) if isinstance(value, list) else str(value)]
+            found += [option, *words]
+    return " ".join(found)
 
 
 def outcomes(lab: Lab, plan: list[Point], records: list[Record]) -> list[Outcome]:
@@ -134,16 +110,19 @@ def measure_honest(lab: Lab, plan: list[Point], jobs: int) -> list[Outcome]:
 
 def measure_scenario(lab: Lab, name: str, options: argparse.Namespace, methods: list[str]) -> list[dict]:
     periods = [int(p) for p in options.periods or scenarios.PERIODS_US]
-    chosen = scenarios.cases(name, lab.machines, methods, periods)
+    cases = scenarios.cases(name, lab.machines, methods, periods)
     if options.quick:
-        chosen = scenarios.quick_cases(chosen)
-    step = progress_of(len(chosen), name, "machine_library")
-    return scenarios.measure(lab, chosen, options.jobs, step)
+        cases = scenarios.spread(cases, scenarios.QUICK_CASES)
+    return scenarios.measure(lab, cases, options.jobs, progress_of(len(cases), name, PROGRAM))
+
+
+def planned(of: list[Cell], options: argparse.Namespace) -> list[Point]:
+    every = points(of, options.seed, options.points or POINTS_A_CELL)
+    return quick_points(every, options.seed) if options.quick else every
 
 
 def measure(options: argparse.Namespace) -> Results:
-    work = OUT / "machine_library"
-    work.mkdir(parents=True, exist_ok=True)
+    work = made(OUT / PROGRAM)
     parts = chosen("--parts", options.parts, list(PARTS))
     machines = (
         random_points.drawn(options.random, options.seed, work / "machines")
@@ -159,20 +138,15 @@ def measure(options: argparse.Namespace) -> Results:
     results = Results("", "", options.seed, command_of(options), rows, [])
     if options.honest:
         of_honest = [int(p) for p in options.periods or machine_library_honest.PERIODS_US]
-        count = options.points or POINTS_A_CELL
-        honest = cells(machines, methods, of_honest, machine_library_honest.SENSORS)
-        plan = points(honest, options.seed, count)
-        plan = quick_points(plan, options.seed) if options.quick else plan
+        plan = planned(cells(machines, methods, of_honest, machine_library_honest.SENSORS), options)
         results.outcomes = measure_honest(lab, plan, options.jobs)
         parts = []
     if "points" in parts:
-        plan = points(cells(machines, methods, periods), options.seed, options.points or POINTS_A_CELL)
-        plan = quick_points(plan, options.seed) if options.quick else plan
+        plan = planned(cells(machines, methods, periods), options)
         results.outcomes = measure_points(lab, plan, options.jobs)
     if "faults" in parts:
         cases = faults.cases(lab.machines, methods, options.quick)
-        step = progress_of(len(cases), "faults", "machine_library")
-        results.faults = faults.measure(lab, cases, options.jobs, step)
+        results.faults = faults.measure(lab, cases, options.jobs, progress_of(len(cases), "faults", PROGRAM))
     for name in scenarios.NAMES:
         if name in parts:
             results.scenarios += measure_scenario(lab, name, options, methods)
@@ -183,23 +157,18 @@ def measure(options: argparse.Namespace) -> Results:
 def main(arguments: list[str]) -> int:
     options = parse_arguments(arguments)
     began = time.monotonic()
-    results = load(options.source) if options.source else measure(options)
+    results = json_file.read(options.source, Results, PROGRAM) if options.source else measure(options)
     print(page.text(results))
-    directory = options.out or (DOCS if options.is_of_page else OUT / "machine_library")
-    try:
-        directory.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise UserError(f"--out: {directory} cannot be made: {error.strerror}.") from None
+    directory = made(options.out or (DOCS if options.is_of_page else OUT / PROGRAM))
     if not options.source:
-        print(f"machine_library: {(time.monotonic() - began) / 60:.3g} minutes")
+        print(f"{PROGRAM}: {(time.monotonic() - began) / 60:.3g} minutes")
         file = RESULTS if directory == DOCS else directory / "machine_library.json"
-        save(results, file)
+        json_file.write(file, results)
         print(file)
     if options.source or options.is_of_page:
-        for file in page.write(results, directory):
-            print(file)
+        print(*page.write(results, directory), sep="\n")
     return 1 if results.not_right or scenarios.not_right(results.scenarios) else 0
 
 
 if __name__ == "__main__":
-    run("machine_library", main)
+    run(PROGRAM, main)

@@ -11,6 +11,8 @@ from sextant_py.errors import UserError
 from sextant_py.paths import ROOT
 from sextant_py.sweep_file import Settings, toml_value
 
+from studies.command import chosen
+
 MACHINES = ROOT / "configs" / "machines"
 LIBRARY = MACHINES / "library.toml"
 PERIODS_US = (25, 50, 100, 125, 250)
@@ -64,6 +66,13 @@ def read_library(file: Path = LIBRARY) -> list[Machine]:
         raise UserError(f"{error.filename or file} cannot be read: {error.strerror}.") from None
     except (tomllib.TOMLDecodeError, KeyError, TypeError) as error:
         raise UserError(f"{file} is no library of machines: {error}.") from None
+
+
+def chosen_machines(wanted: list[str] | None) -> list[Machine]:
+    """Of the library, those of the option --machines."""
+    library = read_library()
+    names = chosen("--machines", wanted, [machine.id for machine in library])
+    return [machine for machine in library if machine.id in names]
 
 
 def _machine(entry: dict, file: Path) -> Machine:

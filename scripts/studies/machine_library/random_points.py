@@ -3,8 +3,8 @@
 from pathlib import Path
 
 import numpy as np
-from sextant_py.errors import UserError
-from sextant_py.sweep_file import toml_value
+
+from studies.command import made, write_toml
 
 from .points import Machine
 from .random_machines import Machine as RandomMachine
@@ -16,26 +16,18 @@ LARGEST_AT_48_V_KW = 20.0
 
 def drawn(count: int, seed: int, directory: Path) -> list[Machine]:
     """That many, each with its file in the directory, from 0.25 to 200 kW and at 48 to 690 V."""
-    try:
-        directory.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise UserError(f"{directory} cannot be made: {error.strerror}.") from None
-    made = np.random.default_rng(seed)
-    found = []
-    for number, power_kw in enumerate(random_powers_kw(made, count)):
-        volts = float(made.choice(VOLTS if power_kw <= LARGEST_AT_48_V_KW else VOLTS[1:]))
+    dice, found = np.random.default_rng(seed), []
+    for number, power_kw in enumerate(random_powers_kw(dice, count)):
+        volts = float(dice.choice(VOLTS if power_kw <= LARGEST_AT_48_V_KW else VOLTS[1:]))
         file = directory / f"random_{seed}_{number}.toml"
-        found.append(entry(random_machine(made, float(power_kw), volts), volts, file))
+        found.append(entry(random_machine(dice, float(power_kw), volts), volts, file))
     return found
 
 
 def entry(machine: RandomMachine, volts: float, file: Path) -> Machine:
-    lines = [f"{key} = {toml_value(value)}" for key, value in machine.settings.items()]
-    try:
-        file.write_text("\n".join(lines) + "\n", encoding="utf-8")
-    except OSError as error:
-        raise UserError(f"{file} cannot be written: {error.strerror}.") from None
+    """The machine, with its file."""
+    made(file.parent)
     return Machine(
-        f"{machine.name}, {volts:g} V", file, machine.power_kw * 1e3, volts, 50.0, machine.rated_torque,
-        machine.base_speed, 2 * machine.pole_pairs, machine.u_dc,
+        f"{machine.name}, {volts:g} V", write_toml(file, machine.settings), machine.power_kw * 1e3, volts, 50.0,
+        machine.rated_torque, machine.base_speed, 2 * machine.pole_pairs, machine.u_dc,
     )  # fmt: skip

@@ -1,15 +1,10 @@
 """What the records of the study over the library of machines mean."""
 
-import json
-import math
 from collections import Counter
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
-from pathlib import Path
+from dataclasses import dataclass, field, replace
 
-from sextant_py.errors import UserError
-
-from studies import json_file
+from studies.published import mean_and_due, published
 from studies.torque_map.capability import largest_torque, limits_of
 from studies.torque_map.drive import CURRENT_LIMIT
 
@@ -41,20 +36,11 @@ class Outcome:
         return self.kind in (RIGHT, DERATED, REFUSED)
 
 
-def published(record: dict, point: Point) -> float:
-    """Available torque in the direction of the command. [N·m]"""
-    motoring = point.torque * point.speed >= 0
-    value = record["torque_motoring_nm"] if motoring else record["torque_regenerating_nm"]
-    return value or 0.0
-
-
 def is_right(record: dict, point: Point, machine: Machine) -> tuple[bool, str]:
     """Whether the mean torque is that of the command, within what the drive publishes; and both."""
-    command = record["command_nm"]
     if record["torque_motoring_nm"] is None:
         return False, "the gates are off: no torque, no fault"
-    due = math.copysign(min(abs(command), published(record, point)), command)
-    mean = command + record["torque_bias_nm"]
+    mean, due = mean_and_due(record, point.speed, record["command_nm"])
     return abs(mean - due) <= TOLERANCE * machine.rated_torque, f"{mean:.4g} N·m for {due:.4g} N·m"
 
 
@@ -66,21 +52,27 @@ def allowed(configuration: dict, command: float, point: Point, machine: Machine)
     return min(most, abs(command))
 
 
+def ended(record: dict) -> dict[str, str]:
+    """Kind and reason of a run that was refused or tripped; empty for any other."""
+    if record["refusal"]:
+        return {"kind": REFUSED, "why": record["refusal"]}
+    if record["faults"]:
+        fault, at_s = record["faults"][0]
+        return {"kind": TRIPPED, "why": f"{fault} at {at_s:.3f} s"}
+    return {}
+
+
 def outcome(record: dict, point: Point, machine: Machine, configuration: dict | str) -> Outcome:
     cell = point.cell
     found = Outcome(cell.machine, cell.period_us, cell.method, cell.sensors, point.speed, point.torque, WRONG)
-    if record["refusal"]:
-        found.kind, found.why = REFUSED, record["refusal"]
-        return found
-    if record["faults"]:
-        fault, at_s = record["faults"][0]
-        found.kind, found.why = TRIPPED, f"{fault} at {at_s:.3f} s"
-        return found
+    if end := ended(record):
+        return replace(found, **end)
     right, said = is_right(record, point, machine)
     if not right:
         found.why = said
         return found
-    command, available = record["command_nm"], published(record, point)
+    command = record["command_nm"]
+    available = published(record, point.speed, command) or 0.0
     found.kind = RIGHT
     if abs(command) > available + TOLERANCE * machine.rated_torque:
         found.kind, found.why = DERATED, f"{available:.4g} N·m of {abs(command):.4g} N·m"
@@ -106,29 +98,14 @@ class Results:
         return [one for one in self.outcomes if not one.is_right]
 
 
-def counts(outcomes: Iterable[Outcome], of: Callable[[Outcome], object]) -> dict[object, Counter]:
-    """Of each kind of outcome, by what `of` takes of a point; and of needless derating."""
-    found: dict[object, Counter] = {}
+def grouped(outcomes: Iterable[Outcome], of: Callable[[Outcome], object]) -> dict[object, list[Outcome]]:
+    """By what `of` takes of a point."""
+    found: dict[object, list[Outcome]] = {}
     for one in outcomes:
-        own = found.setdefault(of(one), Counter())
-        own[one.kind] += 1
-        own["needless"] += one.is_needless
+        found.setdefault(of(one), []).append(one)
     return found
 
 
 def causes(outcomes: Iterable[Outcome]) -> Counter:
     """Of the points that are not right: the fault, or the kind."""
     return Counter(one.why.split(" at ")[0] if one.kind == TRIPPED else one.kind for one in outcomes)
-
-
-def save(results: Results, file: Path) -> None:
-    json_file.write(file, vars(results) | {"outcomes": [vars(one) for one in results.outcomes]})
-
-
-def load(file: Path) -> Results:
-    try:
-        tree = json.loads(file.read_text(encoding="utf-8"))
-        tree["outcomes"] = [Outcome(**one) for one in tree["outcomes"]]
-        return Results(**tree)
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise UserError(f"{file} holds no results of scripts/machine_library: {error}.") from None

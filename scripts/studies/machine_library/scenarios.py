@@ -1,6 +1,5 @@
 """Scenarios on every machine: full torque and its reversal, starts through standstill, and a sag of the link."""
 
-from collections import Counter
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from itertools import cycle
@@ -8,7 +7,7 @@ from itertools import cycle
 from sextant_py.sweep_file import Settings
 
 from .points import STEP_S, Cell, Machine, Point, command_of
-from .results import DERATED, REFUSED, RIGHT, TRIPPED, WRONG
+from .results import DERATED, RIGHT, TRIPPED, WRONG, ended
 from .run import Lab
 
 REVERSALS, STARTS, SAGS = "reversals", "starts", "sags"
@@ -101,9 +100,9 @@ def cases(name: str, machines: Iterable[str], methods: Iterable[str], periods_us
     return [case for cell in cells for case in of_cell(cell)]
 
 
-def quick_cases(every: list[Case]) -> list[Case]:
-    """A few, evenly from all."""
-    count = min(QUICK_CASES, len(every))
+def spread(every: list, count: int) -> list:
+    """So many at most, evenly from all."""
+    count = min(count, len(every))
     return [every[n * len(every) // count] for n in range(count)]
 
 
@@ -114,11 +113,8 @@ def judge(record: dict, case: Case) -> dict:
         "scenario": case.scenario, "machine": cell.machine, "method": cell.method, "period_us": cell.period_us,
         "what": case.title, "kind": RIGHT, "why": "", "silent_ms": None,
     }  # fmt: skip
-    if record["refusal"]:
-        return found | {"kind": REFUSED, "why": record["refusal"]}
-    if record["faults"]:
-        fault, at_s = record["faults"][0]
-        return found | {"kind": TRIPPED, "why": f"{fault} at {at_s:.3f} s"}
+    if end := ended(record):
+        return found | end
     found["silent_ms"] = silent = record["torque_silent_ms"]
     if record["verdict"] == "no_torque" or silent is None:
         return found | {"kind": WRONG, "why": "no torque, no fault"}
@@ -137,14 +133,6 @@ def measure(lab: Lab, chosen: list[Case], jobs: int, step: Callable[[], None]) -
         machine = lab.machines[case.point.cell.machine]
         work.append((case.point, {} if is_refused else case.settings(machine, configuration)))
     return [judge(*pair) for pair in zip(lab.run(work, jobs, step), chosen, strict=True)]
-
-
-def counts(rows: Iterable[dict]) -> dict[str, Counter]:
-    """Of each kind, by machine."""
-    found: dict[str, Counter] = {}
-    for row in rows:
-        found.setdefault(row["machine"], Counter())[row["kind"]] += 1
-    return found
 
 
 def not_right(rows: Iterable[dict]) -> list[dict]:

@@ -1,6 +1,5 @@
 """The figures of the drive on a microcontroller, results.json, and the tables of docs/embedded.md made of it."""
 
-import json
 import re
 from pathlib import Path
 
@@ -30,7 +29,7 @@ KINDS = {"target": "Cortex-M4F", "target_unfused": "Cortex-M4F, unfused", "host_
 
 
 def load() -> dict:
-    return json.loads(FIGURES.read_text(encoding="utf-8"))
+    return json_file.read(FIGURES, dict[str, object], "check_cortex_m --update")
 
 
 def write_figures(figures: dict, file: Path) -> None:
@@ -96,9 +95,7 @@ def table(figures: dict) -> str:
 
 def rendered(text: str, figures: dict) -> str:
     """The page with its tables made anew."""
-    for name, make in TABLES.items():
-        text = page.put(text, name, make(figures))
-    return text
+    return page.put(text, {name: make(figures) for name, make in TABLES.items()})
 
 
 def save(figures: dict) -> None:

@@ -5,7 +5,7 @@ import os
 import subprocess
 import tempfile
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +14,6 @@ from sextant_py.paths import ROOT
 from sextant_py.sweep_point import clean_reason, read_summary
 from sextant_py.sweep_reader import set_words
 
-from studies import json_file
 from studies.parallel import in_order
 
 from . import course as courses
@@ -76,15 +75,6 @@ class Results:
     def apart(self) -> list[tuple[Record, str]]:
         """Cases and quantities that differ by more than the limit."""
         return [(r, q) for r in self.records for q in QUANTITIES if abs(r.difference(q)) > LIMIT_PERCENT]
-
-    def save(self, file: Path) -> None:
-        content = self.__dict__ | {"records": [asdict(record) for record in self.records]}
-        json_file.write(file, content)
-
-    @staticmethod
-    def load(file: Path) -> "Results":
-        content = json.loads(file.read_text(encoding="utf-8"))
-        return Results(**content | {"records": [Record(**record) for record in content["records"]]})
 
 
 def rounded(figures: dict) -> dict:

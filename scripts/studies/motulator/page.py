@@ -3,8 +3,7 @@
 import math
 from pathlib import Path
 
-from studies.controllers.page import figure
-from studies.page import filled, table
+from studies.page import figure, filled, table
 
 from . import figures
 from .cases import BANDWIDTH_RAD_S, SHOWN

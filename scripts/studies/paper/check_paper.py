@@ -10,7 +10,7 @@ from sextant_py.paths import ROOT
 
 from . import defaults, paper_report
 from .lab import Lab
-from .numbers import Numbers, differences, load
+from .numbers import Numbers, differences
 from .page import render
 
 COMMITTED = ROOT / "docs" / "paper"
@@ -58,7 +58,7 @@ def main(arguments: list[str]) -> int:
     )
     parser.add_argument("--self-test", action="store_true", help="every number of the part, changed, must be found")
     options = parser.parse_args(arguments)
-    committed, now = load(paper_report.NUMBERS), Numbers()
+    committed, now = Numbers.load(paper_report.NUMBERS), Numbers()
     with Lab(mil_program.find(options.mil), options.jobs) as lab:
         paper_report.measure(lab, now, True, lambda _: None)
     if options.self_test:

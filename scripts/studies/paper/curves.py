@@ -1,13 +1,14 @@
 """The curves of docs/paper that are made of its numbers."""
 
-from collections.abc import Callable
-from pathlib import Path
-
 import numpy as np
 from matplotlib.axes import Axes
-from sextant_py.plots.sheets import EXACT, PAPER, REFERENCE, SAMPLED, THIRD, save, sheet
+from sextant_py.plots.sheets import EXACT, PAPER, REFERENCE, SAMPLED, THIRD
+
+from studies.picture import Sheets
 
 from .numbers import Numbers
+
+ALL = Sheets()
 
 
 def curve(values: dict[str, float]) -> tuple[np.ndarray, np.ndarray]:
@@ -25,8 +26,9 @@ def note(axes: Axes, text: str, at: tuple[float, float], offset: tuple[float, fl
     axes.annotate(text, at, xytext=offset, textcoords="offset points", **options)
 
 
-def response(numbers: Numbers, file: Path) -> None:
-    figure, ((time, surge),) = sheet(1, 2, 3.8)
+@ALL.sheet(1, 2, 3.8)
+def response(numbers: Numbers, panels: np.ndarray) -> None:
+    ((time, surge),) = panels
     for reading, colour, label in (("centred", EXACT, "centred sectors"), ("v1", THIRD, "sectors from V1")):
         draw(time, numbers, f"response/{reading}/dead/", "o-", colour, f"{label}, dead machine")
         draw(surge, numbers, f"surge/{reading}/", "o-", colour, label)
@@ -41,11 +43,11 @@ def response(numbers: Numbers, file: Path) -> None:
     surge.set(xlim=(0, 134), ylim=(0, 195), title="Largest phase current of the start")
     surge.set(xlabel="Step [N·m]", ylabel="Current [A]")
     surge.legend(loc="lower right")
-    save(figure, file)
 
 
-def ripple(numbers: Numbers, file: Path) -> None:
-    figure, ((over_speed, limit),) = sheet(1, 2, 4.0)
+@ALL.sheet(1, 2, 4.0)
+def ripple(numbers: Numbers, panels: np.ndarray) -> None:
+    ((over_speed, limit),) = panels
     over_speed.set_yscale("log")
     thin = {"markersize": 3.5, "linewidth": 0.9, "alpha": 0.75}
     for torque, colour in ((15, EXACT), (50, THIRD), (130, PAPER)):
@@ -64,11 +66,11 @@ def ripple(numbers: Numbers, file: Path) -> None:
     limit.set(xlim=(0, 134), ylim=(0, 100), title="Speed up to which the ripple is the band")
     limit.set(xlabel="Torque [N·m]", ylabel="Speed [rad/s]")
     limit.legend(loc="lower left")
-    save(figure, file)
 
 
-def frequency(numbers: Numbers, file: Path) -> None:
-    figure, ((bands, torques),) = sheet(1, 2, 4.0, sharey=True)
+@ALL.sheet(1, 2, 4.0, sharey=True)
+def pulse_frequency(numbers: Numbers, panels: np.ndarray) -> None:
+    ((bands, torques),) = panels
     for hb, colour in (("0.5", THIRD), ("0.918", EXACT), ("1", SAMPLED)):
         for kind, style, label in (("pulse", "-", "comparator"), ("leg", ":", "one leg")):
             speed, hz = curve(numbers.under(f"{kind}/15/{hb}/"))
@@ -89,11 +91,11 @@ def frequency(numbers: Numbers, file: Path) -> None:
             torques.plot(speed, hz / 1e3, style, color=colour, label=f"{torque} N·m" if kind == "pulse" else None)
     torques.set(xlim=(0, 130), title="HB 0.918; dotted: one leg", xlabel="Speed [rad/s]")
     torques.legend(loc="upper left", ncols=2)
-    save(figure, file)
 
 
-def dead_zone(numbers: Numbers, file: Path) -> None:
-    figure, ((axes,),) = sheet(1, 1, 3.6)
+@ALL.sheet(1, 1, 3.6)
+def dead_zone(numbers: Numbers, panels: np.ndarray) -> None:
+    ((axes,),) = panels
     slope, begins = curve(numbers.under("dead_zone/ramp/begins/"))
     _, meets = curve(numbers.under("dead_zone/ramp/meets/"))
     fine = np.geomspace(slope.min(), slope.max(), 200)
@@ -110,12 +112,3 @@ def dead_zone(numbers: Numbers, file: Path) -> None:
     axes.set_title("Answer to a reference that rises from zero, dead machine")
     axes.set(xlabel="Slope of the reference [N·m/s]", ylabel="Time [ms]")
     axes.legend(loc="upper right")
-    save(figure, file)
-
-
-ALL: dict[str, Callable[[Numbers, Path], None]] = {
-    "response": response,
-    "ripple": ripple,
-    "pulse_frequency": frequency,
-    "dead_zone": dead_zone,
-}

@@ -1,8 +1,5 @@
 """The pictures of docs/paper: the paper's figures 7 to 17."""
 
-from collections.abc import Callable
-from pathlib import Path
-
 import numpy as np
 from matplotlib.axes import Axes
 from sextant_py.plots.sheets import (
@@ -16,15 +13,16 @@ from sextant_py.plots.sheets import (
     legend,
     line,
     reference,
-    save,
-    sheet,
 )
 from sextant_py.plots.trace import Trace
+
+from studies.picture import Sheets
 
 from . import steps
 from .lab import SAMPLED as SAMPLED_SETTINGS
 from .lab import Lab, Settings
 
+ALL = Sheets()
 TIME, NM = "Time [s]", "Torque [N·m]"
 STATES = ((1.0, "hb_1", "(a) HB = 1 N·m"), (0.5, "hb_0_5", "(b) HB = 0.5 N·m"))
 
@@ -60,8 +58,8 @@ def steady_sampled(lab: Lab, scenario: str, band_nm: float) -> Trace:
     return lab.run(scenario, SAMPLED_SETTINGS | fine | bands, trace=True).trace.between(0.25, 0.2525)
 
 
-def figure_07(lab: Lab, file: Path) -> None:
-    figure, panels = sheet(2, 2, 5.6, sharey="row")
+@ALL.sheet(2, 2, 5.6, sharey="row")
+def figure_07(lab: Lab, panels: np.ndarray) -> None:
     for axes, (hb, scenario, title) in zip(panels[0], STATES, strict=True):
         trace = steady(lab, scenario)
         t_us = (trace.t_s - trace.t_s[0]) * 1e6
@@ -77,11 +75,10 @@ def figure_07(lab: Lab, file: Path) -> None:
     for axes in panels[:, 0]:
         axes.set_ylabel("Torque [N·m]")
     panels[0, 1].legend(loc="lower right", ncols=2)
-    save(figure, file)
 
 
-def figure_08(lab: Lab, file: Path) -> None:
-    figure, panels = sheet(2, 1, 5.0, sharex=True)
+@ALL.sheet(2, 1, 5.0, sharex=True)
+def figure_08(lab: Lab, panels: np.ndarray) -> None:
     for axes, (_, scenario, title) in zip(panels[:, 0], STATES, strict=True):
         trace = steady(lab, scenario).between(0.05014, 0.05044)
         states = gates(trace)
@@ -94,7 +91,6 @@ def figure_08(lab: Lab, file: Path) -> None:
         axes.grid(visible=False, axis="y")
         axes.set_title(f"{title}: upper switches, on where shaded")
     panels[1, 0].set_xlabel("Time [µs]")
-    save(figure, file)
 
 
 def both(axes: Axes, exact: Trace, sampled: Trace, alpha: float, label: str = "reference") -> None:
@@ -125,9 +121,10 @@ def load_step(lab: Lab) -> Trace:
     return lab.run("3_1_constant_torque", fine, trace=True).trace.between(0.1997, 0.2003)
 
 
-def figure_09(lab: Lab, file: Path) -> None:
+@ALL.sheet(2, 1, 5.4, height_ratios=(3, 2))
+def figure_09(lab: Lab, panels: np.ndarray) -> None:
     exact, sampled = constant_torque(lab)
-    figure, ((full,), (near,)) = sheet(2, 1, 5.4, height_ratios=(3, 2))
+    ((full,), (near,)) = panels
     both(full, exact, sampled, 0.7)
     mark_load_steps(full)
     full.set(title="Torque, 3.1; dotted: the load steps", ylabel=NM, xlabel=TIME, xlim=(0, 1.4), ylim=(0, 22))
@@ -139,12 +136,12 @@ def figure_09(lab: Lab, file: Path) -> None:
     near.axvline(0, color="grey", linewidth=0.8, linestyle=":")
     near.set(title="Load step from 0 to 8 N·m, event-exact", ylabel=NM, ylim=(13.8, 15.2))
     near.set_xlabel("Time from the load step [µs]")
-    save(figure, file)
 
 
-def figure_10(lab: Lab, file: Path) -> None:
+@ALL.sheet(1, 1, 3.2)
+def figure_10(lab: Lab, panels: np.ndarray) -> None:
     exact, _ = constant_torque(lab)
-    figure, ((speed,),) = sheet(1, 1, 3.2)
+    ((speed,),) = panels
     line(speed, exact, "omega_m_rad_s", EXACT, "speed")
     speed.set(title="Speed at various load conditions, 3.1", xlabel=TIME, ylabel="Speed [rad/s]")
     load = speed.twinx()
@@ -153,12 +150,12 @@ def figure_10(lab: Lab, file: Path) -> None:
     load.set_ylim(-1, 22)
     load.grid(visible=False)
     speed.set_xlim(0, 1.4)
-    save(figure, file)
 
 
-def figure_11(lab: Lab, file: Path) -> None:
+@ALL.sheet(1, 2, 3.6, width_ratios=(2, 3))
+def figure_11(lab: Lab, panels: np.ndarray) -> None:
     exact, sampled = constant_torque(lab)
-    figure, ((start, full),) = sheet(1, 2, 3.6, width_ratios=(2, 3))
+    ((start, full),) = panels
     v1 = lab.run("sector_start_0", trace=True).trace
     for axes in (start, full):
         axes.axhspan(1.1 * 0.985, 1.1 * 1.015, color=THIRD, alpha=0.18, linewidth=0, label="1.1 Wb ±1.5 %")
@@ -170,14 +167,14 @@ def figure_11(lab: Lab, file: Path) -> None:
     start.annotate("paper: 0.1 s", (0.1, 0.1), xytext=(-4, 0), textcoords="offset points", color=PAPER, ha="right")
     full.set(xlim=(0, 1.4), ylim=(1.05, 1.27), title="The run, magnified", xlabel=TIME, ylabel="Stator flux [Wb]")
     handles, labels = full.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=4)
-    save(figure, file)
+    full.figure.legend(handles, labels, loc="outside lower center", ncols=4)
 
 
-def figure_12(lab: Lab, file: Path) -> None:
+@ALL.sheet(1, 2, 3.4, width_ratios=(2, 3))
+def figure_12(lab: Lab, panels: np.ndarray) -> None:
     exact, _ = constant_torque(lab)
     v1 = lab.run("sector_start_0", trace=True).trace
-    figure, ((start, full),) = sheet(1, 2, 3.4, width_ratios=(2, 3))
+    ((start, full),) = panels
     line(start, v1, "current_max_a", PAPER, "vector, sectors from V1", linewidth=1.0)
     line(start, exact, "current_max_a", EXACT, "vector, centred")
     start.set(xlim=(0, 0.05), title="Surge of the start", xlabel=TIME, ylabel="Magnitude of stator current [A]")
@@ -186,12 +183,12 @@ def figure_12(lab: Lab, file: Path) -> None:
         line(full, exact, name, colour, f"phase {label}", linewidth=0.9)
     full.set(title="Phase currents", xlabel=TIME, ylabel="Current [A]", xlim=(0, 0.6))
     legend(full)
-    save(figure, file)
 
 
-def figure_13(lab: Lab, file: Path) -> None:
+@ALL.sheet(2, 1, 5.0, height_ratios=(3, 2), sharex=True)
+def figure_13(lab: Lab, panels: np.ndarray) -> None:
     exact, sampled = both_runs(lab, "3_2_reversal")
-    figure, ((torque,), (speed,)) = sheet(2, 1, 5.0, height_ratios=(3, 2), sharex=True)
+    ((torque,), (speed,)) = panels
     both(torque, exact, sampled, 0.6, "reference, ours")
     torque.set(title="Reversals, 3.2", ylabel=NM, xlim=(0, 1.2))
     legend(torque)
@@ -200,7 +197,6 @@ def figure_13(lab: Lab, file: Path) -> None:
     shade = {"transform": speed.get_xaxis_transform(), "color": THIRD, "alpha": 0.18, "linewidth": 0}
     speed.fill_between(exact.t_s, 0, 1, where=generates, **shade)
     speed.set(title="Speed; shaded: the machine regenerates", ylabel="Speed [rad/s]", xlabel=TIME)
-    save(figure, file)
 
 
 FINE = {"drive.period_us": 2, "trace.interval_us": 2}
@@ -212,8 +208,9 @@ def zoom(lab: Lab, scenario: str, end_s: float, settings: Settings) -> Trace:
     return lab.run(scenario, span | settings, trace=True).trace
 
 
-def figure_14(lab: Lab, file: Path) -> None:
-    figure, ((axes,),) = sheet(1, 1, 3.8)
+@ALL.sheet(1, 1, 3.8)
+def figure_14(lab: Lab, panels: np.ndarray) -> None:
+    ((axes,),) = panels
     exact = zoom(lab, "3_2_reversal", 0.007, FINE)
     v1 = zoom(lab, "3_2_reversal", 0.007, V1)
     sampled = zoom(lab, "3_2_reversal", 0.007, SAMPLED_SETTINGS | {"trace.interval_us": 25})
@@ -227,12 +224,12 @@ def figure_14(lab: Lab, file: Path) -> None:
     axes.annotate("95 %", (0, 28.5), xytext=(3, -11), textcoords="offset points", color="grey")
     axes.set(xlim=(0, 7), title="First step of 3.2", xlabel="Time [ms]", ylabel=NM)
     legend(axes, ncols=4)
-    save(figure, file)
 
 
-def figure_15(lab: Lab, file: Path) -> None:
+@ALL.sheet(2, 1, 5.0, height_ratios=(3, 2), sharex=True)
+def figure_15(lab: Lab, panels: np.ndarray) -> None:
     exact, sampled = both_runs(lab, "3_3_smooth")
-    figure, ((torque,), (error,)) = sheet(2, 1, 5.0, height_ratios=(3, 2), sharex=True)
+    ((torque,), (error,)) = panels
     both(torque, exact, sampled, 0.6, "reference, ours")
     torque.set(title="Smooth variation, 3.3", ylabel=NM, xlim=(0, 2))
     legend(torque)
@@ -246,11 +243,11 @@ def figure_15(lab: Lab, file: Path) -> None:
     speed.set_ylabel("Speed [rad/s]", color=PAPER)
     speed.set_ylim(-110, 110)
     speed.grid(visible=False)
-    save(figure, file)
 
 
-def figure_16(lab: Lab, file: Path) -> None:
-    figure, ((axes,),) = sheet(1, 1, 3.6)
+@ALL.sheet(1, 1, 3.6)
+def figure_16(lab: Lab, panels: np.ndarray) -> None:
+    ((axes,),) = panels
     exact = zoom(lab, "3_3_smooth", 0.035, FINE)
     v1 = zoom(lab, "3_3_smooth", 0.035, V1)
     band(axes, v1, TORQUE, THIRD, "event-exact, sectors from V1", 1e3)
@@ -263,24 +260,14 @@ def figure_16(lab: Lab, file: Path) -> None:
     axes.set(xlim=(0, 35), ylim=(-0.1, 1.8), title="Start of the smooth variation, 3.3")
     axes.set(xlabel="Time [ms]", ylabel=NM)
     legend(axes)
-    save(figure, file)
 
 
-def figure_17(lab: Lab, file: Path) -> None:
+@ALL.sheet(1, 2, 3.6, width_ratios=(3, 2))
+def figure_17(lab: Lab, panels: np.ndarray) -> None:
     exact, sampled = both_runs(lab, "3_4_high_torque")
-    figure, ((full, near),) = sheet(1, 2, 3.6, width_ratios=(3, 2))
+    ((full, near),) = panels
     for axes in (full, near):
         both(axes, exact, sampled, 0.6)
     full.set(xlim=(0, 0.9), ylim=(0, 150), title="Torque of 130 N·m against 125 N·m, 3.4", xlabel=TIME, ylabel=NM)
     full.legend(loc="lower right")
     near.set(xlim=(0.5, 0.52), ylim=(122, 136), title="Magnified", xlabel=TIME)
-    save(figure, file)
-
-
-ALL: dict[str, Callable[[Lab, Path], None]] = {
-    figure.__name__: figure
-    for figure in (
-        *(figure_07, figure_08, figure_09, figure_10, figure_11, figure_12),
-        *(figure_13, figure_14, figure_15, figure_16, figure_17),
-    )
-}

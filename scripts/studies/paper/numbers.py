@@ -1,11 +1,8 @@
 """Every number of docs/paper: its value, the command that gives it and how closely it must come back."""
 
-import json
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-
-from sextant_py.errors import UserError
 
 from studies import json_file
 
@@ -30,9 +27,6 @@ class Numbers:
     def __getitem__(self, name: str) -> float:
         return self.entries[name].value
 
-    def __contains__(self, name: str) -> bool:
-        return name in self.entries
-
     def add(self, name: str, value: float, unit: str, tolerance: float | None, meaning: str, command: str) -> float:
         """tolerance: a share of the value where it is below zero: -0.01 is 1 %."""
         if name in self.entries:
@@ -51,13 +45,18 @@ class Numbers:
         return {name[len(prefix) :]: n.value for name, n in self.entries.items() if name.startswith(prefix)}
 
     def save(self, file: Path) -> None:
-        content = {name: asdict(number) for name, number in self.entries.items()}
-        for entry in content.values():
-            entry["value"] = float(f"{entry['value']:.6g}") if math.isfinite(entry["value"]) else None
-            entry["tolerance"] = (
-                entry["tolerance"] if entry["tolerance"] is None else float(f"{entry['tolerance']:.3g}")
-            )
+        entries = self.entries.items()
+        content = {k: replace(n, value=_rounded(n.value, 6), tolerance=_rounded(n.tolerance, 3)) for k, n in entries}
         json_file.write(file, content)
+
+    @staticmethod
+    def load(file: Path) -> "Numbers":
+        found = json_file.read(file, dict[str, Number], "paper_report")
+        return Numbers({k: n if n.value is not None else replace(n, value=math.nan) for k, n in found.items()})
+
+
+def _rounded(value: float | None, digits: int) -> float | None:
+    return float(f"{value:.{digits}g}") if value is not None and math.isfinite(value) else None
 
 
 @dataclass(frozen=True)
@@ -76,20 +75,6 @@ class Scope:
     def metric(self, key: str, metric: str, unit: str, tolerance: float | None, meaning: str) -> float:
         """A metric of the run. tolerance: as of Numbers.add."""
         return self.add(key, self.run[metric], unit, tolerance, meaning)
-
-
-def load(file: Path) -> Numbers:
-    try:
-        content = json.loads(file.read_text(encoding="utf-8"))
-        entries = {}
-        for name, entry in content.items():
-            value = math.nan if entry["value"] is None else float(entry["value"])
-            entries[name] = Number(**(entry | {"value": value}))
-    except FileNotFoundError:
-        raise UserError(f"{file} does not exist; scripts/paper_report writes it.") from None
-    except (ValueError, TypeError, KeyError, AttributeError) as error:
-        raise UserError(f"{file} is not what scripts/paper_report writes: {error}.") from None
-    return Numbers(entries)
 
 
 def differences(committed: Numbers, measured: Numbers) -> list[str]:

@@ -7,12 +7,14 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from sextant_py import mil_program, program_arguments
-from sextant_py.errors import UserError, run
+from sextant_py.errors import run
 from sextant_py.paths import ROOT
+
+from studies.command import made
 
 from . import curves, cycle, cycle_figures, defaults, figures, rise, steady, steps, vehicle, vehicle_figure
 from .lab import Lab
-from .numbers import Numbers, load
+from .numbers import Numbers
 from .page import render
 
 FIGURES = figures.ALL | cycle_figures.ALL | vehicle_figure.ALL
@@ -78,7 +80,7 @@ def draw(lab: Lab, numbers: Numbers, out: Path, step: Callable[[str], None]) -> 
 
 
 def write_page(numbers: Path, out: Path) -> None:
-    (out / "README.md").write_text(render(load(numbers)), encoding="utf-8")
+    (out / "README.md").write_text(render(Numbers.load(numbers)), encoding="utf-8")
 
 
 def report(lab: Lab, file: Path, out: Path, quick: bool) -> None:
@@ -105,10 +107,7 @@ def report(lab: Lab, file: Path, out: Path, quick: bool) -> None:
 
 def main(arguments: list[str]) -> int:
     options = parse_arguments(arguments)
-    try:
-        options.out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise UserError(f"--out: {options.out} cannot be made: {error.strerror}.") from None
+    made(options.out)
     if options.page:
         write_page(options.numbers, options.out)
         return 0

@@ -1,14 +1,16 @@
 """The picture of docs/paper on the drive cycle with a vehicle and its driver."""
 
-from pathlib import Path
-
+import numpy as np
 from matplotlib.axes import Axes
-from sextant_py.plots.sheets import EXACT, PAPER, REFERENCE, TORQUE, band, line, reference, save, sheet, thinned
+from sextant_py.plots.sheets import EXACT, PAPER, REFERENCE, TORQUE, band, line, reference, thinned
 from sextant_py.plots.trace import Trace
+
+from studies.picture import Sheets
 
 from .lab import Lab
 from .vehicle import speeds, vehicle_run
 
+ALL = Sheets()
 PARTS = {  # titles and spans [s]
     "NYCC, 598 s": (0.0, 598.0),
     "Departure": (94.5, 100.5),
@@ -43,9 +45,9 @@ def column(panels: list[Axes], trace: Trace, title: str) -> None:
     flux.set_xlabel("Time [s]")
 
 
-def vehicle(lab: Lab, file: Path) -> None:
+@ALL.sheet(5, 3, 9.4, width_ratios=(5, 3, 3), sharex="col", sharey="row")
+def vehicle(lab: Lab, panels: np.ndarray) -> None:
     trace = with_speeds(vehicle_run(lab, "exact").trace)
-    figure, panels = sheet(5, 3, 9.4, width_ratios=(5, 3, 3), sharex="col", sharey="row")
     for axes, (title, span) in zip(panels.T, PARTS.items(), strict=True):
         column(list(axes), trace.between(*span), title)
         axes[0].set_xlim(*span)
@@ -56,8 +58,4 @@ def vehicle(lab: Lab, file: Path) -> None:
     panels[0, 1].legend(loc="upper left")
     panels[2, 1].legend(loc="lower right")
     panels[4, 0].set_ylim(0, 1.3)
-    figure.align_ylabels(panels[:, 0])
-    save(figure, file)
-
-
-ALL = {"vehicle": vehicle}
+    panels[0, 0].figure.align_ylabels(panels[:, 0])

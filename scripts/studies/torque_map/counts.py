@@ -3,10 +3,9 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from sextant_py.errors import UserError
 from sextant_py.paths import ROOT
 
-from studies.page import put
+from studies.page import put_into
 
 from .points import Conditions
 from .results import SILENT, UNSEEN, Results
@@ -50,16 +49,11 @@ def missed(results: Results, counts: Callable[[Conditions], bool], least: float,
     return f"{letters.count(SILENT):,} of {len(letters):,}"
 
 
-def filled(page: str, results: Results) -> str:
-    """The page with the counts of these results."""
-    for name, group in COUNTS.items():
-        page = put(page, name, missed(results, *group))
-    return put(page, "unobservable", f"{results.counts[UNSEEN]:,}")
+def blocks(results: Results) -> dict[str, str]:
+    """By mark of the page, the counts of these results."""
+    counts = {name: missed(results, *group) for name, group in COUNTS.items()}
+    return counts | {"unobservable": f"{results.counts[UNSEEN]:,}"}
 
 
 def write(results: Results) -> Path:
-    try:
-        PAGE.write_text(filled(PAGE.read_text(encoding="utf-8"), results), encoding="utf-8")
-    except OSError as error:
-        raise UserError(f"{PAGE} cannot be written: {error.strerror}.") from None
-    return PAGE
+    return put_into(PAGE, blocks(results))

@@ -6,12 +6,13 @@ What a version of sextant-mil may not have stands in OPTIONAL tables: a key that
 import tomllib
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 from sextant_py.paths import ECU
 from sextant_py.short_run import SHORT, known_keys, scenario_text, summary_of
 from sextant_py.sweep_file import Settings
 from sextant_py.sweep_reader import flat
+
+from .scale import SENSORS, SHIPPED, Scale
 
 # What every drive of the map has besides configs/ecu.toml: limits beyond which the map goes on purpose.
 COMMON: Settings = {"plant.integrator": "exact", "protection.over_speed_rad_s": 500}
@@ -36,22 +37,6 @@ DRIVES: dict[str, tuple[str, Settings]] = {
 }
 GUARANTEED = "foc"  # that of docs/torque.md and of the page's single pictures
 
-# Converters as they are: offsets and gains of opposite sign in two phases, 12 bits over the range, noise.
-SENSORS: dict[str, Settings] = {
-    "ideal": {},
-    "real": {
-        "plant.sensors.current.phase_a.offset_a": 0.5,
-        "plant.sensors.current.phase_b.offset_a": -0.5,
-        "plant.sensors.current.phase_a.gain_error": 0.02,
-        "plant.sensors.current.phase_b.gain_error": -0.02,
-        "plant.sensors.current.range_a": 300,
-        "plant.sensors.current.bits": 12,
-        "plant.sensors.current.noise_a": 0.2,
-        "plant.sensors.voltage.range_v": 1000,
-        "plant.sensors.voltage.bits": 12,
-        "plant.sensors.voltage.noise_v": 0.5,
-    },
-}
 DELAY = "drive.actuation_delay_periods"
 DEAD_TIME = "drive.inverter.dead_time_us"
 # Where the configuration in force has the limit of the stator current; None where it has none. [A]
@@ -75,7 +60,7 @@ class Drive:
     version: str = ""
     commit: str = ""
     title: str = ""  # of a drive that is not one of DRIVES
-    scale: Any = None  # range of its points, where it is not that of the shipped drive; torque_map_file.Scale
+    scale: Scale = SHIPPED
 
     @property
     def label(self) -> str:
@@ -88,9 +73,16 @@ class Drive:
     def has_sensors(self, kind: str) -> bool:
         return set(SENSORS[kind]) <= self.known
 
-    def scenario(self) -> str:
-        """The file that every point's settings are added to."""
-        return scenario_text(self.base, "torque_map")
+    def write(self, directory: Path) -> Path:
+        """The scenario that every point's settings are added to."""
+        scenario = directory / f"{self.name}.toml"
+        scenario.write_text(scenario_text(self.base, "torque_map"), encoding="utf-8")
+        return scenario
+
+    def put_in_force(self, mil: Path, directory: Path) -> None:
+        """Writes its scenario, and takes what this sextant-mil makes of it."""
+        found = summary_of(mil, self.write(directory), SHORT)
+        self.configuration, self.version, self.commit = found["configuration"], found["version"], found["commit"]
 
 
 def _shipped() -> tuple[dict, dict]:
@@ -108,14 +100,11 @@ def load(name: str, mil: Path, directory: Path) -> Drive:
     ecu, machine = _shipped()
     shipped = flat(ecu)
     given = {f"machine.{key}": value for key, value in machine.items()}
-    scenario = directory / f"{name}.toml"
     drive = Drive(name, given, machine, known_keys(mil, directory, given))
     optional = COMMON | DRIVES[name][1]
     # The file of a live drive has sections, such as those of its buses, that no scenario has.
     drive.base |= {key: value for key, value in shipped.items() if key in drive.known}
     drive.base |= {key: value for key, value in optional.items() if key in drive.known}
     drive.left_out = [key for key in optional if key not in drive.known]
-    scenario.write_text(drive.scenario(), encoding="utf-8")
-    found = summary_of(mil, scenario, SHORT)
-    drive.configuration, drive.version, drive.commit = found["configuration"], found["version"], found["commit"]
+    drive.put_in_force(mil, directory)
     return drive

@@ -2,19 +2,17 @@
 
 import math
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap, ListedColormap, LogNorm
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from sextant_py.figure_style import STYLE
+
+from studies.picture import picture
 
 from . import points
 from .capability import largest_torque, limits_from
@@ -35,14 +33,9 @@ MARKS = (("#e08e2b", "s", 8.0), ("#1b4f9c", "o", 5.5), ("#4a9a5a", "^", 3.0))
 Maps = dict[str, Results]
 
 
-def _sheet(rows: int, columns: int, height: float) -> tuple[Figure, np.ndarray]:
-    plt.rcParams.update(STYLE | {"axes.grid": False, "font.size": 8.5, "axes.titlesize": 9})
-    return plt.subplots(rows, columns, figsize=(WIDTH, height), squeeze=False, sharex=True, sharey=True)
-
-
-def _save(figure: Figure, file: Path) -> None:
-    figure.savefig(file)
-    plt.close(figure)
+def _maps(file: Path, rows: int, columns: int, height: float) -> AbstractContextManager[tuple[Figure, np.ndarray]]:
+    style = {"axes.grid": False, "font.size": 8.5, "axes.titlesize": 9}
+    return picture(file, rows, columns, (WIDTH, height), style, sharex=True, sharey=True)
 
 
 def _ticks(axes: Axes, results: Results, at: tuple[float, ...] = SHOWN_SPEEDS) -> None:
@@ -124,23 +117,22 @@ def grid(
     """A panel for each map; rows with a name. shown: the speeds of the ticks [rad/s]."""
     columns = max(len(maps) for _, maps in rows)
     at = shown or ((-200, -50, 0, 50, 200) if columns > 3 else SHOWN_SPEEDS)
-    figure, panels = _sheet(len(rows), columns, 0.75 + 1.75 * len(rows))
     image = None
-    for (name, maps), line in zip(rows, panels, strict=True):
-        for axes, (results, one) in zip(line, maps, strict=False):
-            image = panel(axes, results, one)
-            axes.set_title(one.conditions.label, fontsize=8 if columns < 4 else 7)
-            _ticks(axes, results, at)
-        line[0].set_ylabel(f"{name}\ncommand [N·m]", fontsize=8)
-        for axes in line[len(maps) :]:
-            axes.set_visible(False)
-    for axes in panels[-1]:
-        axes.set_xlabel("speed [rad/s]", fontsize=8)
-    bar = figure.colorbar(image, ax=panels, pad=0.01, aspect=30, shrink=0.9)
-    bar.set_ticks([1 / 16, 1 / 4, 1, 4, 16], labels=["1/16", "1/4", "1", "4", "16"])
-    bar.set_label("deviation / tolerance", fontsize=8)
-    _legend(figure)
-    _save(figure, file)
+    with _maps(file, len(rows), columns, 0.75 + 1.75 * len(rows)) as (figure, panels):
+        for (name, maps), line in zip(rows, panels, strict=True):
+            for axes, (results, one) in zip(line, maps, strict=False):
+                image = panel(axes, results, one)
+                axes.set_title(one.conditions.label, fontsize=8 if columns < 4 else 7)
+                _ticks(axes, results, at)
+            line[0].set_ylabel(f"{name}\ncommand [N·m]", fontsize=8)
+            for axes in line[len(maps) :]:
+                axes.set_visible(False)
+        for axes in panels[-1]:
+            axes.set_xlabel("speed [rad/s]", fontsize=8)
+        bar = figure.colorbar(image, ax=panels, pad=0.01, aspect=30, shrink=0.9)
+        bar.set_ticks([1 / 16, 1 / 4, 1, 4, 16], labels=["1/16", "1/4", "1", "4", "16"])
+        bar.set_label("deviation / tolerance", fontsize=8)
+        _legend(figure)
 
 
 def _found(results: Results, wanted: list[Conditions]) -> list[tuple[Results, MapOf]]:
@@ -185,42 +177,38 @@ def surroundings(maps: Maps, file: Path) -> None:
 
 def share_of_silent(maps: Maps, file: Path) -> None:
     """In how many of all sets a point is silently wrong."""
-    figure, panels = _sheet(1, len(maps), 3.1)
     image = None
-    for axes, results in zip(panels[0], maps.values(), strict=True):
-        letters = np.array([[list(row) for row in one.outcomes] for one in results.maps])
-        share = 100 * (letters == SILENT).mean(axis=0)
-        image = axes.imshow(
-            share, origin="lower", aspect="auto", cmap="magma_r", vmin=0, vmax=100, interpolation="nearest"
-        )
-        counts = results.counts
-        axes.set_title(f"{results.label}: {counts[SILENT]} of {results.points} points")
-        _ticks(axes, results)
-        _mark_zero_frequency(axes, results)
-        axes.set_xlabel("speed [rad/s]")
-    panels[0][0].set_ylabel("command [N·m]")
-    figure.colorbar(image, ax=panels, pad=0.01).set_label("sets in which the point\nis silently wrong [%]", fontsize=8)
-    figure.legend(handles=_lines(), loc="outside lower center", ncols=2, fontsize=7)
-    _save(figure, file)
+    with _maps(file, 1, len(maps), 3.1) as (figure, panels):
+        for axes, results in zip(panels[0], maps.values(), strict=True):
+            letters = np.array([[list(row) for row in one.outcomes] for one in results.maps])
+            share = 100 * (letters == SILENT).mean(axis=0)
+            look = {"cmap": "magma_r", "vmin": 0, "vmax": 100, "interpolation": "nearest"}
+            image = axes.imshow(share, origin="lower", aspect="auto", **look)
+            axes.set_title(f"{results.label}: {results.counts[SILENT]} of {results.points} points")
+            _ticks(axes, results)
+            _mark_zero_frequency(axes, results)
+            axes.set_xlabel("speed [rad/s]")
+        panels[0][0].set_ylabel("command [N·m]")
+        bar = figure.colorbar(image, ax=panels, pad=0.01)
+        bar.set_label("sets in which the point\nis silently wrong [%]", fontsize=8)
+        figure.legend(handles=_lines(), loc="outside lower center", ncols=2, fontsize=7)
 
 
 def capability(maps: Maps, file: Path) -> None:
     """What each drive publishes at exact parameters, and what the circuit allows."""
-    plt.rcParams.update(STYLE)
-    figure, panels = plt.subplots(1, 2, figsize=(WIDTH, 3.6), sharey=True)
     limits = limits_from(maps[GUARANTEED].capability["limits"])
     speeds = np.linspace(-400, 400, 161)
-    for axes, direction, sign in zip(panels, ("motoring", "regenerating"), (1, -1), strict=True):
-        for results, (colour, marker, size) in zip(maps.values(), MARKS, strict=False):
-            published = [math.nan if value is None else value for value in results.capability[direction]]
-            axes.plot(results.speeds, published, color=colour, marker=marker, markersize=size, linewidth=1)
-        axes.plot(speeds, [largest_torque(limits, abs(speed), sign) for speed in speeds], **ANALYTIC)
-        axes.set_title(direction)
-        axes.set_xlabel("speed [rad/s]")
-    panels[0].set_ylabel("available torque [N·m]")
     names = [*(results.label for results in maps.values()), f"analytic, limits of {maps[GUARANTEED].label}"]
-    figure.legend(panels[0].lines, names, loc="outside lower center", ncols=4, fontsize=8.5)
-    _save(figure, file)
+    with picture(file, 1, 2, (WIDTH, 3.6), sharey=True) as (figure, (panels,)):
+        for axes, direction, sign in zip(panels, ("motoring", "regenerating"), (1, -1), strict=True):
+            for results, (colour, marker, size) in zip(maps.values(), MARKS, strict=False):
+                published = [math.nan if value is None else value for value in results.capability[direction]]
+                axes.plot(results.speeds, published, color=colour, marker=marker, markersize=size, linewidth=1)
+            axes.plot(speeds, [largest_torque(limits, abs(speed), sign) for speed in speeds], **ANALYTIC)
+            axes.set_title(direction)
+            axes.set_xlabel("speed [rad/s]")
+        panels[0].set_ylabel("available torque [N·m]")
+        figure.legend(panels[0].lines, names, loc="outside lower center", ncols=4, fontsize=8.5)
 
 
 PICTURES: dict[str, Callable[[Maps, Path], None]] = {

@@ -10,26 +10,17 @@ from sextant_py.sweep_file import Settings
 from studies import honest_drive
 from studies.page import filled
 
-from . import (
-    figures,
-)
-from . import (
-    file as torque_map_file,
-)
-from . import (
-    kinds as torque_map_kinds,
-)
-from . import (
-    measure as torque_map_measure,
-)
-from . import (
-    page as torque_map_page,
-)
+from . import figures
+from . import file as torque_map_file
+from . import kinds as torque_map_kinds
+from . import measure as torque_map_measure
+from . import page as torque_map_page
 from .drive import Drive
 from .kinds import WEAKENING_RAD_S, Kind
-from .points import FROM_S, STEP_S, Conditions
+from .points import Conditions
 from .results import Results
 from .run import Lab
+from .scale import SHIPPED
 
 _MAGNITUDES = (0, 5, 10, 20, 50, 100, 200, 400)
 SPEEDS = tuple(sorted({sign * speed for speed in _MAGNITUDES for sign in (-1, 1)}))  # mechanical [rad/s]
@@ -69,10 +60,10 @@ NAMES = tuple(variant.name for variant in VARIANTS)
 
 def drive_of(variant: Variant, mil: Path, directory: Path) -> Drive:
     file = honest_drive.identified(honest_drive.ORDINARY, mil, directory, variant.parts)
-    loaded, _ = torque_map_file.load(file, mil, directory)
+    loaded = torque_map_file.load(file, mil, directory)
     base = loaded.base | {"control.controller": variant.method} | variant.more
     drive = replace(loaded, name=variant.name, title=variant.label, base=base)
-    (directory / f"{drive.name}.toml").write_text(drive.scenario(), encoding="utf-8")
+    drive.write(directory)
     return drive
 
 
@@ -139,7 +130,8 @@ def kinds() -> list[Kind]:
         Kind(
             f"free shaft, up to {SLOW_RAD_S} rad/s",
             lambda one, _: one.shaft == "free",
-            f"magnetised at standstill, where the current alone shows the flux, {STEP_S - FROM_S:g} s before the step",
+            "magnetised at standstill, where the current alone shows the flux, "
+            f"{SHIPPED.step_s - SHIPPED.from_s:g} s before the step",
         ),
         Kind(
             f"warm, up to {SLOW_RAD_S} rad/s",

@@ -2,12 +2,14 @@
 
 import sys
 
+from studies.parallel import progress_of
+
 from . import capability as torque_map_capability
 from . import drive as torque_map_drive
 from . import points as torque_map_points
 from .points import Conditions, Point
 from .results import Results, map_of
-from .run import Lab, progress_of
+from .run import Lab
 
 
 def measured(
@@ -20,17 +22,16 @@ def measured(
     left = len(lab.missing(points))
     print(f"torque_map: {drive.label}: {len(points)} points of {len(sets)} sets, {left} to run", flush=True)
     try:
-        lab.run(points, jobs, progress_of(left, drive.name))
+        lab.run(points, jobs, progress_of(left, drive.name, "torque_map"))
     except KeyboardInterrupt:
         print(f"torque_map: {len(lab.records) - kept} points more are kept in {lab.file}.", file=sys.stderr)
         raise
     failed = [point for point in points if lab.records[point.key]["reason"]]
     for point in failed[:3]:
         print(f"torque_map: {point.key}: {lab.records[point.key]['reason']}", file=sys.stderr)
-    floor = [drive.scale.torque_floor] if drive.scale else []
     return Results(
         drive.name, drive.label, drive.version, drive.commit, speeds, torques,
-        [map_of(one, speeds, torques, lab.records, *floor) for one in sets],
+        [map_of(one, speeds, torques, lab.records, drive.scale.torque_floor) for one in sets],
         left_out=drive.left_out,
     )  # fmt: skip
 
@@ -40,7 +41,7 @@ def capability(lab: Lab, speeds: list[float]) -> dict:
     limits = torque_map_capability.limits_of(lab.drive.configuration, torque_map_drive.CURRENT_LIMIT)
     found: dict = {
         "speeds": speeds,
-        "limits": {k: v if v != float("inf") else None for k, v in limits.__dict__.items()},
+        "limits": {k: v if v != float("inf") else None for k, v in vars(limits).items()},
     }
     records = [lab.records[Point(Conditions(), speed, 0).key] for speed in speeds]
     for direction, sign in (("motoring", 1), ("regenerating", -1)):

@@ -7,8 +7,9 @@ from studies.page import filled, table
 from . import figures, kinds
 from .capability import worst_difference
 from .drive import GUARANTEED
-from .points import L_M, R_R, R_S, SPEEDS, TORQUES
+from .points import L_M, R_R, R_S
 from .results import MEANING, RIGHT, SILENT, UNOBSERVABLE_RAD_S, UNSEEN, MapOf, Results, beyond_r_s, trips
+from .scale import SPEEDS, TORQUES
 
 Maps = dict[str, Results]
 
@@ -108,10 +109,6 @@ def fields(maps: Maps) -> dict[str, str]:
     }
 
 
-def render(maps: Maps) -> str:
-    return filled(TEMPLATE, fields(maps))
-
-
 def write(maps: Maps, directory: Path) -> list[Path]:
     """Pictures and page; the files that are written."""
     written = []
@@ -119,5 +116,5 @@ def write(maps: Maps, directory: Path) -> list[Path]:
         draw(maps, directory / f"{name}.png")
         written.append(directory / f"{name}.png")
     page = directory / "README.md"
-    page.write_text(render(maps), encoding="utf-8")
+    page.write_text(filled(TEMPLATE, fields(maps)), encoding="utf-8")
     return [*written, page]

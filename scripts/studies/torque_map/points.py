@@ -6,21 +6,10 @@ from dataclasses import dataclass
 
 from sextant_py.sweep_file import Settings
 
-from .drive import DEAD_TIME, DELAY, FACTORS, INDUCTANCE, SENSORS, Drive
+from .drive import DEAD_TIME, DELAY, FACTORS, INDUCTANCE, Drive
+from .scale import SENSORS
 
-_MAGNITUDES = (0, 2, 5, 10, 20, 35, 50, 75, 100, 130, 160, 200, 260, 320, 400)
-SPEEDS = tuple(sorted({sign * speed for speed in _MAGNITUDES for sign in (-1, 1)}))  # mechanical [rad/s]
-TORQUES = (-130, -60, -15, -2, 0, 2, 15, 60, 130)  # [N·m]
 R_S, R_R, L_M = (0.5, 0.8, 1.0, 1.2, 1.5), (0.5, 1.0, 1.5), (0.7, 1.0, 1.3)
-QUICK_SPEEDS, QUICK_TORQUES = (-100, 0, 50, 200), (-15, 15)
-
-FROM_S = (
-    0.15  # end of start and magnetising: an imposed speed is evaluated from here on, a free shaft leaves standstill
-)
-STEP_S = 0.35  # end of zero torque; a free shaft has its speed, and is evaluated from here on
-END_S = 1.1
-
-
 ESTIMATE = "control.machine_estimate."
 # What the factors scale: the machine, which the controller believes nominal; or what it believes of a nominal machine.
 DETUNES = ("machine", "estimate")
@@ -132,33 +121,27 @@ def inverter_settings(drive: Drive, conditions: Conditions) -> Settings:
     return {DEAD_TIME: round(drive.base[DEAD_TIME] * conditions.dead_time, 3)}
 
 
-def times(drive: Drive) -> tuple[float, float, float]:
-    """End of start and magnetising, step of the torque, end. [s]"""
-    return (drive.scale.from_s, drive.scale.step_s, drive.scale.end_s) if drive.scale else (FROM_S, STEP_S, END_S)
-
-
 def load_settings(drive: Drive, point: Point) -> Settings:
     """The shaft: at the speed from the beginning; or free, brought there by the load, which then has the command."""
     if point.conditions.shaft == "imposed":
         return {"load.kind": "imposed_speed", "load.speed_rad_s.value": point.speed}
-    from_s, step_s, _ = times(drive)
-    push = -drive.machine["inertia_kg_m2"] * point.speed / (step_s - from_s)
-    steps = [[0, 0], [from_s, push], [step_s, point.torque]]
+    scale = drive.scale
+    push = -drive.machine["inertia_kg_m2"] * point.speed / (scale.step_s - scale.from_s)
+    steps = [[0, 0], [scale.from_s, push], [scale.step_s, point.torque]]
     return {"load.kind": "torque", "load.torque_nm.shape": "steps", "load.torque_nm.points": steps}
 
 
 def settings(drive: Drive, point: Point) -> Settings:
     """What the point adds to the drive's scenario."""
-    from_s, step_s, end_s = times(drive)
-    sensors = drive.scale.sensors if drive.scale else SENSORS
-    profile = {"profile.torque_nm.shape": "steps", "profile.torque_nm.points": [[0, 0], [step_s, point.torque]]}
+    scale = drive.scale
     return {
-        "duration_s": end_s,
-        "metrics.window_from_s": from_s if point.conditions.shaft == "imposed" else step_s,
-        **profile,
+        "duration_s": scale.end_s,
+        "metrics.window_from_s": scale.from_s if point.conditions.shaft == "imposed" else scale.step_s,
+        "profile.torque_nm.shape": "steps",
+        "profile.torque_nm.points": [[0, 0], [scale.step_s, point.torque]],
         **load_settings(drive, point),
         **machine_settings(drive, point.conditions),
         **inverter_settings(drive, point.conditions),
-        **sensors[point.conditions.sensors],
+        **scale.sensors[point.conditions.sensors],
         DELAY: point.conditions.delay,
     }

@@ -1,18 +1,15 @@
 """What the records of the torque map mean: the outcome of every point, and the file from which the page is made."""
 
-import json
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from pathlib import Path
 
-from sextant_py.errors import UserError
-
-from studies import json_file
+from studies.published import published
 
 from .points import Conditions, Point
+from .scale import TORQUE_FLOOR
 
-TOLERANCE_NM, TOLERANCE_SHARE = 2.0, 0.05
+TOLERANCE_SHARE = 0.05
 R_S_TOLERANCE_NM = 1.5  # where the stator resistance alone is wrong
 REACTION_MS = 10.0  # longest time of a deviation without derating or trip
 UNOBSERVABLE_RAD_S = 10.0  # speed up to which errors of R_r and L_m may be invisible
@@ -30,16 +27,8 @@ MEANING = {
 }
 
 
-def tolerance(torque: float, least: float = TOLERANCE_NM) -> float:
+def tolerance(torque: float, least: float = TORQUE_FLOOR) -> float:
     return max(least, TOLERANCE_SHARE * abs(torque))
-
-
-def available(record: dict, point: Point) -> float:
-    """Published torque in the direction of the command. [N·m]"""
-    motoring, regenerating = record["torque_motoring_nm"], record["torque_regenerating_nm"]
-    if motoring is None:
-        return 0.0
-    return motoring if point.torque * point.speed >= 0 else regenerating
 
 
 def may_be_unseen(point: Point) -> bool:
@@ -47,12 +36,13 @@ def may_be_unseen(point: Point) -> bool:
     return detuned and abs(point.speed) <= UNOBSERVABLE_RAD_S
 
 
-def outcome(record: dict, point: Point, floor: float = TOLERANCE_NM) -> str:
+def outcome(record: dict, point: Point, floor: float = TORQUE_FLOOR) -> str:
     """floor: the smallest deviation that counts [N·m]."""
     if record["reason"]:
         return FAILED
     wrong = UNSEEN if may_be_unseen(point) else SILENT
-    silent_ms, faults, offered = record["torque_silent_ms"], record["faults"], available(record, point)
+    silent_ms, faults = record["torque_silent_ms"], record["faults"]
+    offered = published(record, point.speed, point.torque) or 0.0
     if silent_ms is not None and silent_ms > REACTION_MS:
         return wrong
     if faults:
@@ -112,7 +102,7 @@ class Results:
 
 def map_of(
     conditions: Conditions, speeds: list[float], torques: list[float], records: dict[str, dict],
-    floor: float = TOLERANCE_NM,
+    floor: float = TORQUE_FLOOR,
 ) -> MapOf:  # fmt: skip
     one = MapOf(conditions, [], [])
     faults: Counter = Counter()
@@ -127,23 +117,6 @@ def map_of(
                 one.silent_ms[f"{point.speed:g}/{point.torque:g}"] = rounded(record["torque_silent_ms"])
     one.faults = dict(faults.most_common())
     return one
-
-
-def save(results: Results, file: Path) -> None:
-    maps = [
-        {"conditions": one.conditions.__dict__, **{k: v for k, v in one.__dict__.items() if k != "conditions"}}
-        for one in results.maps
-    ]
-    json_file.write(file, results.__dict__ | {"maps": maps})
-
-
-def load(file: Path) -> Results:
-    try:
-        tree = json.loads(file.read_text(encoding="utf-8"))
-        tree["maps"] = [MapOf(Conditions(**one.pop("conditions")), **one) for one in tree["maps"]]
-        return Results(**tree)
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise UserError(f"{file} holds no results of scripts/torque_map: {error}.") from None
 
 
 def beyond_r_s(results: Results) -> list[tuple[Conditions, float, float, float]]:

@@ -2,7 +2,6 @@
 
 import hashlib
 import json
-import time
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
@@ -99,20 +98,3 @@ class Lab:
 
     def _run_point(self, point: Point) -> dict:
         return self.run_one(point.key, settings(self.drive, point)) | {"settings": self._digest(point)}
-
-
-def progress_of(total: int, name: str, program: str = "torque_map") -> Callable[[], None]:
-    """Reports on stderr how far the runs are, every ten seconds."""
-    from rich.console import Console
-
-    console, began, said, done = Console(stderr=True), time.monotonic(), [time.monotonic()], [0]
-
-    def step() -> None:
-        done[0] += 1
-        now = time.monotonic()
-        if now - said[0] >= 10 or done[0] == total:
-            said[0] = now
-            left = (now - began) / done[0] * (total - done[0])
-            console.print(f"{program}: {name}: {done[0]} of {total} points, {left:.0f} s left", highlight=False)
-
-    return step

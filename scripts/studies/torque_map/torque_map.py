@@ -13,27 +13,20 @@ from sextant_py.errors import UserError, run
 from sextant_py.paths import OUT, ROOT
 from sextant_py.program_arguments import add_runs, parser_of
 
-from . import (
-    counts as torque_map_counts,
-)
-from . import (
-    drive as torque_map_drive,
-)
-from . import (
-    file as torque_map_file,
-)
-from . import (
-    honest,
-    page,
-    points,
-)
-from . import (
-    measure as torque_map_measure,
-)
-from .points import Conditions
-from .results import FAILED, MEANING, SILENT, Results, load, save
-from .run import Lab
+from studies import json_file
+from studies.command import made
 
+from . import counts as torque_map_counts
+from . import drive as torque_map_drive
+from . import file as torque_map_file
+from . import honest, page, points
+from . import measure as torque_map_measure
+from .points import Conditions
+from .results import FAILED, MEANING, SILENT, Results
+from .run import Lab
+from .scale import Scale
+
+PROGRAM = "torque_map"
 PAGE = ROOT / "docs" / "torque_map"
 RESULTS = Path(__file__).parent
 EXAMPLES = """examples:
@@ -55,7 +48,7 @@ are kept in out/torque_map. Exit status: 0 when every point ran and, but for the
 
 def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     parser = parser_of(
-        "torque_map", "Measures the torque that the drive delivers over speed, torque and wrong parameters.", EXAMPLES
+        PROGRAM, "Measures the torque that the drive delivers over speed, torque and wrong parameters.", EXAMPLES
     )
     size = parser.add_mutually_exclusive_group()
     size.add_argument("--quick", action="store_true", help="a handful of points, no page")
@@ -79,30 +72,21 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     return options
 
 
-def chosen(
-    options: argparse.Namespace, scale: torque_map_file.Scale | None
-) -> tuple[list[Conditions], list[float], list[float]]:
-    of = points
+def chosen(options: argparse.Namespace, scale: Scale) -> tuple[list[Conditions], list[float], list[float]]:
     if options.quick:
-        speeds, torques = (scale.quick_speeds, scale.quick_torques) if scale else (of.QUICK_SPEEDS, of.QUICK_TORQUES)
-        return of.quick_sets(), [*speeds], [*torques]
-    sets = of.full_sets() if options.full else of.default_sets()
-    speeds, torques = (scale.speeds, scale.torques) if scale else (of.SPEEDS, of.TORQUES)
-    return sets, [*speeds], [*torques]
+        return points.quick_sets(), [*scale.quick_speeds], [*scale.quick_torques]
+    return points.full_sets() if options.full else points.default_sets(), [*scale.speeds], [*scale.torques]
 
 
 def measure(options: argparse.Namespace) -> Results:
-    mil = mil_program.find(options.mil)
-    work = OUT / "torque_map"
-    work.mkdir(parents=True, exist_ok=True)
+    mil, work = mil_program.find(options.mil), made(OUT / PROGRAM)
     if options.file:
-        drive, scale = torque_map_file.load(options.file, mil, work)
+        drive, why = torque_map_file.load(options.file, mil, work), "no scenario has it"
     else:
-        drive, scale = torque_map_drive.load(options.drive, mil, work), None
+        drive, why = torque_map_drive.load(options.drive, mil, work), "this sextant-mil does not know it"
     for key in drive.left_out:
-        why = "no scenario has it" if scale else "this sextant-mil does not know it"
         print(f"torque_map: {key} is left out: {why}", file=sys.stderr)
-    sets, speeds, torques = chosen(options, scale)
+    sets, speeds, torques = chosen(options, drive.scale)
     if missing := {one.sensors for one in sets if not drive.has_sensors(one.sensors)}:
         sets = [one for one in sets if one.sensors not in missing]
         print("torque_map: sensors with errors are left out: this sextant-mil does not know them", file=sys.stderr)
@@ -144,28 +128,29 @@ def timed(label: str) -> Iterator[None]:
 
 def of_the_honest_plant(options: argparse.Namespace) -> int:
     """Map and page of the drive on a plant with the errors of a real one."""
-    work = OUT / "torque_map"
-    work.mkdir(parents=True, exist_ok=True)
     status = 0
     if not options.page:
         with timed("honest plant"):
-            found = honest.measure(mil_program.find(options.mil), work, options.jobs, options.restart)
+            found = honest.measure(mil_program.find(options.mil), made(OUT / PROGRAM), options.jobs, options.restart)
         for results in found:
-            save(results, options.results / f"{results.drive}.json")
+            json_file.write(options.results / f"{results.drive}.json", results)
             status |= report(results)
-    maps = {name: load(options.results / f"{name}.json") for name in honest.NAMES}
-    for file in honest.write(maps, options.out):
-        print(file)
+    maps = {name: results_in(options.results, name) for name in honest.NAMES}
+    print(*honest.write(maps, options.out), sep="\n")
     return status
 
 
-def results_in(directory: Path) -> dict[str, Results]:
+def results_in(directory: Path, name: str) -> Results:
+    return json_file.read(directory / f"{name}.json", Results, PROGRAM)
+
+
+def results_of_drives(directory: Path) -> dict[str, Results]:
     """Those of every drive that was measured; the page needs those it compares."""
     found = {}
     for name in torque_map_drive.DRIVES:
         file = directory / f"{name}.json"
         if file.is_file():
-            found[name] = load(file)
+            found[name] = results_in(directory, name)
         elif name in ("paper", torque_map_drive.GUARANTEED):
             raise UserError(f"{file} is missing; scripts/torque_map --drive {name} measures it.")
     return found
@@ -173,32 +158,26 @@ def results_in(directory: Path) -> dict[str, Results]:
 
 def main(arguments: list[str]) -> int:
     options = parse_arguments(arguments)
-    try:
-        options.out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise UserError(f"--out: {options.out} cannot be made: {error.strerror}.") from None
+    made(options.out)
     if options.honest:
         return of_the_honest_plant(options)
     status = 0
     if not options.page:
         with timed(options.file.name if options.file else torque_map_drive.DRIVES[options.drive][0]):
             results = measure(options)
-        suffix = (
-            "" if options.is_of_page or not (options.quick or options.full) else "_quick" if options.quick else "_full"
-        )
+        suffix = "_quick" if options.quick else "_full" if options.full else ""
         file = options.results / f"{results.drive}{suffix}.json"
-        save(results, file)
+        json_file.write(file, results)
         status = report(results)
         print(file)
     if options.page or (options.is_of_page and options.drive != "paper"):
-        maps = results_in(options.results)
+        maps = results_of_drives(options.results)
         written = page.write(maps, options.out)
         if options.out.resolve() == PAGE:
             written.append(torque_map_counts.write(maps[torque_map_drive.GUARANTEED]))
-        for file in written:
-            print(file)
+        print(*written, sep="\n")
     return status
 
 
 if __name__ == "__main__":
-    run("torque_map", main)
+    run(PROGRAM, main)

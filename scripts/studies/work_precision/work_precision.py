@@ -4,7 +4,7 @@ import argparse
 import json
 import math
 import subprocess
-from dataclasses import asdict
+from dataclasses import dataclass
 from pathlib import Path
 
 from matplotlib.axes import Axes
@@ -37,6 +37,19 @@ SHAFTS = {"free_shaft": "Shaft follows the torques", "constant_speed": "Constant
 OFFSETS = {"fixed": (7, -4, "left"), "exact": (7, 3, "left"), "erk": (7, 3, "left")}
 CLOSE = 0.1  # decades
 BESIDE = {"cvode": (-6, -10, "right"), "cvode_bdf": (7, 2, "left")}
+
+
+@dataclass
+class Measurement:
+    """What the program prints, and where it ran."""
+
+    origin: Origin
+    closed_loops: list
+    constant_speed: dict
+    free_shaft: dict
+    period_us: float
+    simulated_s: float
+    voltage_changes: int
 
 
 def points_of(panel: dict, integrator: str) -> list[dict]:
@@ -80,11 +93,11 @@ def draw_series(axes: Axes, panel: dict, integrator: str) -> None:
         axes.annotate(text, position, (dx, dy), textcoords="offset points", ha=side, fontsize=7.5, color=colour)
 
 
-def draw(data: dict, file: Path) -> None:
+def draw(data: Measurement, file: Path) -> None:
     with picture(file, 1, 2, (9.2, 4.6), sharex=True, sharey=True) as (_, (panels,)):
         for axes, (key, title) in zip(panels, SHAFTS.items(), strict=True):
             for integrator in SERIES:
-                draw_series(axes, data[key], integrator)
+                draw_series(axes, getattr(data, key), integrator)
             axes.axvline(CONTRACT_NM, color="#777777", linewidth=0.8, linestyle="--")
             axes.set_title(title)
             axes.set_xlabel("largest error of the torque over the run [N·m]")
@@ -96,12 +109,12 @@ def draw(data: dict, file: Path) -> None:
         panels[1].legend(loc="lower right", fontsize=9)
 
 
-def table(data: dict) -> str:
+def table(data: Measurement) -> str:
     """The integrators as they come, without any setting."""
     head = ("`plant.integrator`", "torque error [N·m]", "at constant speed [N·m]", "times real time")
-    held = {p["integrator"]: p for p in data["constant_speed"]["points"] if p["default"]}
+    held = {p["integrator"]: p for p in data.constant_speed["points"] if p["default"]}
     rows = []
-    for point in data["free_shaft"]["points"]:
+    for point in data.free_shaft["points"]:
         if point["default"]:
             name, period = point["integrator"], point["period_us"]
             errors_nm = (f"{one['torque_error_nm']:.1e}" for one in (point, held[name]))
@@ -119,39 +132,33 @@ def rounded(value: object) -> object:
     return [rounded(item) for item in value] if isinstance(value, list) else value
 
 
-def measure() -> dict:
-    origin = asdict(Origin.now())
+def measure() -> Measurement:
+    origin = Origin.now()
     done = subprocess.run([PROGRAM], capture_output=True, text=True)
     if done.returncode != 0:
         raise errors.UserError(f"{PROGRAM.name} failed: {done.stderr.strip()}")
-    return {"origin": origin} | json.loads(done.stdout)
+    return Measurement(origin, **rounded(json.loads(done.stdout)))
 
 
-def load(source: Path) -> dict:
-    try:
-        data = json.loads(source.read_text(encoding="utf-8"))
-        Origin(**data["origin"])
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise errors.UserError(f"{source} cannot be read as a measurement: {type(error).__name__}: {error}") from None
-    if any(not data.get(key) for key in (*SHAFTS, "closed_loops")):
+def load(source: Path) -> Measurement:
+    data = json_file.read(source, Measurement, "work_precision")
+    if not (data.constant_speed and data.free_shaft and data.closed_loops):
         raise errors.UserError(f"{source} holds no points or no closed loops.")
     return data
 
 
-def write_page(data: dict) -> None:
-    text = PAGE.read_text(encoding="utf-8")
-    loops = closed_loops.table(data["closed_loops"])
-    for mark, block in ((ORIGIN_MARK, Origin(**data["origin"]).text), (MARK, table(data)), (LOOPS_MARK, loops)):
-        text = page.put(text, mark, block)
-        print(f"{block}\n")
-    PAGE.write_text(text, encoding="utf-8")
+def write_page(data: Measurement) -> None:
+    loops = closed_loops.table(data.closed_loops)
+    blocks = {ORIGIN_MARK: data.origin.text, MARK: table(data), LOOPS_MARK: loops}
+    print("\n\n".join(blocks.values()), end="\n\n")
+    page.put_into(PAGE, blocks)
 
 
 def main(arguments: list[str]) -> int:
     parser = argparse.ArgumentParser(prog="work_precision", description="Writes work and precision of the integrators.")
     parser.add_argument("file", nargs="?", type=Path, metavar="FILE", help="an earlier measurement, drawn again")
     source = parser.parse_args(arguments).file
-    data = load(source) if source else rounded(measure())
+    data = load(source) if source else measure()
     json_file.write(DATA, data)
     PICTURE.parent.mkdir(parents=True, exist_ok=True)
     draw(data, PICTURE)
