@@ -3,6 +3,7 @@
 import os
 import re
 import tempfile
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -17,25 +18,67 @@ from sextant_py.sweep_store import SweepStore
 CALL = Path("sextant.sweep")  # in messages, instead of the name of a file; it also stands for the working directory
 
 
-def _axis(key: str, axis: Any, method: str) -> str:
+def _axis(key: str, axis: Any, method: str, where: str) -> str:
     """A range or the choices of a key, as a sweep file has them."""
     if isinstance(axis, list):
         return toml_value(axis)
     names = ("from", "to", "count") if method == "grid" else ("from", "to")
     if not isinstance(axis, tuple) or len(axis) not in (len(names), len(names) + 1):
         parts = "(low, high, count)" if method == "grid" else "(low, high)"
-        raise UserError(f'ranges: {key}: expected {parts}, with "log" at the end or not, or a list, got {axis!r}.')
+        raise UserError(f'{where}: {key}: expected {parts}, with "log" at the end or not, or a list, got {axis!r}.')
     words = [f"{name} = {toml_value(value)}" for name, value in zip((*names, "scale"), axis, strict=False)]
     return "{ " + ", ".join(words) + " }"
 
 
-def _text(scenario: Path, ranges: dict[str, Any], overrides: dict[str, Any], head: list[str], table: str) -> str:
+def _entries(axes: dict[str, Any], method: str, where: str) -> list[str]:
+    return [f"{toml_value(key)} = {_axis(key, axis, method, where)}" for key, axis in axes.items()]
+
+
+@dataclass(frozen=True)
+class _Varied:
+    """What of the configuration varies, as `sweep` is told."""
+
+    ranges: dict[str, Any]
+    coupled: list[dict[str, Any]]
+    points: Path | None
+    method: str
+    samples: int
+    seed: int
+
+    def check(self) -> None:
+        if self.method != "grid" and self.method not in KINDS:
+            raise UserError(f'method: expected grid, {", ".join(KINDS)}, got "{self.method}".')
+        if not isinstance(self.coupled, list) or not all(isinstance(table, dict) for table in self.coupled):
+            raise UserError("coupled: expected a list of dictionaries, each of keys that move together.")
+        if self.points is not None and (self.ranges or self.coupled):
+            other = "ranges" if self.ranges else "coupled"
+            raise UserError(f"points: a list of points has every key that varies: leave {other} out.")
+        if self.points is None and not self.ranges and not self.coupled:
+            raise UserError("ranges, coupled or points: expected at least one key that varies.")
+
+    def head(self) -> list[str]:
+        """What a sweep file has of it before the first table."""
+        return [] if self.points is None else [f"points = {toml_value(self.points)}"]
+
+    def tables(self) -> list[str]:
+        if self.points is not None:
+            return []
+        if self.method == "grid":
+            lines = ["[grid]"]
+        else:
+            sample = {"method": self.method, "samples": self.samples, "seed": self.seed}
+            lines = ["[random]", *(f"{key} = {toml_value(value)}" for key, value in sample.items()), "[random.ranges]"]
+        lines += _entries(self.ranges, self.method, "ranges")
+        for table in self.coupled:
+            lines += ["[[coupled]]", *_entries(table, self.method, "coupled")]
+        return lines
+
+
+def _text(scenario: Path, varied: _Varied, overrides: dict[str, Any]) -> str:
     """The sweep file."""
-    method = "grid" if table == "grid" else "random"
-    lines = [f"scenario = {toml_value(str(scenario))}", "[set]"]
+    lines = [f"scenario = {toml_value(scenario)}", *varied.head(), "[set]"]
     lines += [f"{toml_value(key)} = {toml_value(value)}" for key, value in overrides.items()]
-    lines += [*head, f"[{table}]"]
-    return "\n".join(lines + [f"{toml_value(key)} = {_axis(key, axis, method)}" for key, axis in ranges.items()]) + "\n"
+    return "\n".join([*lines, *varied.tables()]) + "\n"
 
 
 def _table(sweep: Sweep, directory: Path, workers: int | None) -> pandas.DataFrame:
@@ -59,13 +102,15 @@ def _table(sweep: Sweep, directory: Path, workers: int | None) -> pandas.DataFra
 
 def sweep(
     scenario: str | Path,
-    ranges: dict[str, tuple | list],
+    ranges: dict[str, tuple | list] | None = None,
     samples: int = 64,
     method: str = "sobol",
     seed: int = 1,
     workers: int | None = None,
     overrides: dict[str, Any] | None = None,
     out: str | Path | None = None,
+    coupled: list[dict[str, tuple | list]] | None = None,
+    points: str | Path | None = None,
 ) -> pandas.DataFrame:
     """Runs a scenario at many points of its configuration; a row a point, with its metrics, status and reason.
 
@@ -76,20 +121,17 @@ def sweep(
     workers: runs at a time; None: one for each processor.
     overrides: configuration keys that are the same in every point.
     out: a directory for finished points, with which the same call continues an interrupted sweep; None: none.
+    coupled: keys that move together, a dictionary like `ranges` for each set of them.
+    points: a CSV file with a key in each column and a point in each row, instead of ranges and coupled.
 
     `attrs["units"]` has the units of keys and metrics. Raises UserError, with a sentence, where the sweep cannot begin.
     """
-    if method != "grid" and method not in KINDS:
-        raise UserError(f'method: expected grid, {", ".join(KINDS)}, got "{method}".')
     if workers is not None and workers < 1:
         raise UserError(f"workers: expected a number from 1, got {workers}.")
-    if not ranges:
-        raise UserError("ranges: expected at least one key that varies.")
-    head = [] if method == "grid" else ["[random]"]
-    if head:
-        head += [f"method = {toml_value(method)}", f"samples = {toml_value(samples)}", f"seed = {toml_value(seed)}"]
-    table = "random.ranges" if head else "grid"
-    text = _text(Path(scenario).resolve(), ranges, overrides or {}, head, table)
+    file = None if points is None else Path(points)
+    varied = _Varied(ranges or {}, [] if coupled is None else coupled, file, method, samples, seed)
+    varied.check()
+    text = _text(Path(scenario).resolve(), varied, overrides or {})
     with tempfile.TemporaryDirectory(prefix="sextant-sweep-") as own:
         try:
             return _table(sweep_file.parse(CALL, text), Path(own if out is None else out), workers)

@@ -2,10 +2,11 @@
 
 import argparse
 import math
+import sys
 from pathlib import Path
 
 from . import comparison_report as report
-from .comparison import OUT, Row, Tolerances, compare, runs_of
+from .comparison import OUT, Row, Tolerances, compare, runs_of, shift_s
 from .errors import UserError, run
 from .program_arguments import parser_of
 from .seconds import finite_seconds
@@ -89,6 +90,9 @@ def perform(options: argparse.Namespace) -> int:
         print(report.markdown(rows), end="")
     else:
         report.print_table(rows)
+    if options.align is None and (shift := shift_s(rows, tolerances)):
+        said = f"every fault of B comes {abs(shift):.3g} s {'later' if shift > 0 else 'earlier'} than in A"
+        print(f"compare: {said}: --align TRIGGER compares from a common instant.", file=sys.stderr)
     if options.junit:
         report.write_junit(rows, options.junit)
     return int(any(row.result == OUT for row in rows))

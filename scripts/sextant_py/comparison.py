@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from .errors import UserError
+from .recording.formats import SUFFIXES
 from .toml_file import parsed
 
 DEFAULT = "1%"
@@ -13,6 +14,7 @@ IGNORE = "ignore"
 # By the clock of the machine, so never the same; and a remainder of rounding, of which a verdict allows 1e-4.
 # A fault latches in a control period, which is far shorter than a millisecond.
 FAULT_TIME = "fault_s"
+OF_FAULT = "fault "  # before the name of a fault, of the row of its time
 BY_METRIC = {"wall_s": IGNORE, "realtime_factor": IGNORE, "energy_unaccounted": "1e-4", FAULT_TIME: "1e-3"}
 # A value counts as this share of the largest one of its unit at least: of a remainder near zero, such as the bias of a
 # torque, 1 % would be below what any change of a run leaves.
@@ -113,6 +115,8 @@ class Row:
 
 
 def read_summary(file: Path) -> dict:
+    if file.suffix.lower() in SUFFIXES:
+        raise UserError(f"{file} is a recording, not a summary: --align TRIGGER compares recordings over time.")
     try:
         summary = json.loads(file.read_text(encoding="utf-8"))
         if isinstance(summary["metrics"], dict) and isinstance(summary["scenario"], str) and summary["verdict"]:
@@ -167,7 +171,7 @@ def fault_rows(scenario: str, first: dict, second: dict, tolerance: Tolerance) -
     if not reason:
         for one, other in zip(*lists, strict=True):
             times = ({FAULT_TIME: entry["t_s"]} for entry in (one, other))
-            rows.append(replace(_metric(scenario, FAULT_TIME, *times, tolerance), metric=f"fault {one['fault']}"))
+            rows.append(replace(_metric(scenario, FAULT_TIME, *times, tolerance), metric=f"{OF_FAULT}{one['fault']}"))
     return rows
 
 
@@ -183,6 +187,17 @@ def _metric(scenario: str, name: str, first: dict, second: dict, tolerance: Tole
     ignored = tolerance.text == IGNORE
     result = IGNORED if ignored else OUT if reason else SAME
     return Row(scenario, name, one, other, tolerance.text, result, "" if ignored else reason)
+
+
+def shift_s(rows: list[Row], tolerances: Tolerances) -> float | None:
+    """By how much later every fault of B comes where some are out of tolerance; None: not by one time. [s]"""
+    times = [row for row in rows if row.metric.startswith(OF_FAULT)]
+    differences = [row.difference for row in times]
+    if not any(row.result == OUT for row in times):
+        return None
+    middle, spread = (max(differences) + min(differences)) / 2, max(differences) - min(differences)
+    limit = 2 * tolerances.of(FAULT_TIME).limit(abs(middle))
+    return middle if spread <= limit < 2 * abs(middle) else None
 
 
 def _run(scenario: str, first: dict, second: dict, tolerances: Tolerances) -> list[Row]:

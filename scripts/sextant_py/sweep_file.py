@@ -42,6 +42,7 @@ class Sweep:
     seed: int | None = None  # of a sample
     method: str = "random"  # by which a sample is drawn
     points_file: Path | None = None  # that lists the points
+    points_heading: int = 0  # line of its heading
 
     @property
     def kind(self) -> str:
@@ -115,8 +116,8 @@ def _listed(read: SweepReader, tree: Settings) -> dict[str, Any]:
     if COUPLED in tree:
         raise read.refuse(COUPLED, "a list of points has every key that varies: leave [[coupled]] out.")
     file = read.file.parent / read.text_at(tree, "points")
-    keys, points = sweep_points.load(file)
-    return {"varied": keys, "points": points, "points_file": file}
+    found = sweep_points.load(file)
+    return {"varied": found.keys, "points": found.points, "points_file": file, "points_heading": found.line}
 
 
 def _varied(read: SweepReader, tree: Settings) -> dict[str, Any]:
@@ -217,7 +218,7 @@ def _table_of(sweep: Sweep, key: str) -> str:
 def refuse_key(sweep: Sweep, key: str, message: str) -> UserError:
     """About a key of the scenario that the sweep sets or varies."""
     if sweep.points_file and key not in sweep.fixed:
-        return UserError(f"{sweep.points_file}: {key}: {message}")
+        return UserError(f"{sweep.points_file}:{sweep.points_heading}: {key}: {message}")
     return refusal(sweep.file, sweep.text, f"{_table_of(sweep, key)}.{key}", message, key)
 
 

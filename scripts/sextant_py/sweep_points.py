@@ -1,6 +1,7 @@
 """A list of points of a sweep: a CSV file with a key in each column and a point in each row."""
 
 import tomllib
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -47,9 +48,16 @@ def _check_heading(keys: list[str], where: str) -> None:
             raise UserError(f"{where}: a column has no name: name its key or leave it out.")
 
 
-def load(path: Path) -> tuple[list[str], list[Settings]]:
-    """Keys and points."""
+@dataclass(frozen=True)
+class Points:
+    keys: list[str]
+    line: int  # of the heading
+    points: list[Settings]
+
+
+def load(path: Path) -> Points:
     keys: list[str] = []
+    heading = 0
     points: list[Settings] = []
     known: dict[str, int] = {}
     for number, line in enumerate(lines_of(path, "the list of points"), 1):
@@ -57,7 +65,7 @@ def load(path: Path) -> tuple[list[str], list[Settings]]:
         if not cells:
             continue
         if not keys:
-            keys = cells
+            keys, heading = cells, number
             _check_heading(keys, where)
             continue
         if len(cells) != len(keys):
@@ -70,4 +78,4 @@ def load(path: Path) -> tuple[list[str], list[Settings]]:
             raise UserError(f"{where}: more than {MAX_POINTS} points.")
     if not points:
         raise UserError(f"the list of points {path} has no point: expected a heading of keys and a row for each point.")
-    return keys, points
+    return Points(keys, heading, points)

@@ -11,6 +11,7 @@ from sextant_py.comparison import IGNORED, OUT, SAME, Tolerance, Tolerances
 from sextant_py.comparison import compare as compare_runs
 from sextant_py.errors import UserError, status_or_refusal
 from sextant_py.paths import ROOT
+from sextant_py.recording.formats import SUFFIXES
 
 METRICS = {"ripple_nm": 10.0, "bias_nm": -0.5, "peak_a": 80.0, "thd_percent": None, "wall_s": 0.3}
 
@@ -107,6 +108,29 @@ def test_faults_and_their_times_belong_to_the_comparison(tmp_path: Path, capsys:
         rows = json.loads(said)["rows"]
         assert ([row["metric"] for row in rows if row["result"] == OUT], status) == (out, int(bool(out))), name
     assert run(a, tmp_path / "late", "--tolerance", "fault_s=0.005", capsys=capsys)[0] == 0
+
+
+def test_a_shift_in_time_points_to_align(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
+    a = faulted(tmp_path / "a", ("OVER_CURRENT", 0.1), ("DRIVE_STALL", 0.7))
+    shifted = faulted(tmp_path / "b", ("OVER_CURRENT", 0.15), ("DRIVE_STALL", 0.75))
+    other = faulted(tmp_path / "c", ("OVER_CURRENT", 0.1), ("DRIVE_STALL", 0.8))
+    for words in ((), ("--json",), ("--markdown",)):
+        status, said, hint = run(a, shifted, *words, capsys=capsys)
+        assert status == 1
+        assert hint.startswith("compare: every fault of B comes 0.05 s later than in A: --align TRIGGER compares")
+        assert "--align" not in said
+    assert "comes 0.05 s earlier" in run(shifted, a, capsys=capsys)[2]
+    for same in (a, other):
+        assert run(a, same, capsys=capsys)[2] == ""  # nothing is shifted, or not by one time
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_recordings_are_compared_by_align(tmp_path: Path, suffix: str, capsys: pytest.CaptureFixture) -> None:
+    file = tmp_path / f"run{suffix}"
+    file.write_bytes(b"\x89HDF")
+    status, _, said = run(file, write(tmp_path / "b"), capsys=capsys)
+    assert status == 2
+    assert f"run{suffix} is a recording, not a summary: --align TRIGGER compares recordings" in said
 
 
 def test_near_zero_a_share_is_of_the_scale_of_the_unit(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:

@@ -89,10 +89,55 @@ def test_a_grid_has_every_combination(tmp_path: Path) -> None:
     assert again["wall_s"].tolist() == frame["wall_s"].tolist()  # finished points are not run again
 
 
+def test_coupled_keys_are_one_axis() -> None:
+    coupled = [{"control.flux_reference_wb": [0.9, 1.1], "control.dtc.torque_band_upper_nm": (0.5, 0.9, 2)}]
+    frame = sextant.sweep(SCENARIO, {"drive.period_us": [25, 50]}, method="grid", overrides=QUICK, coupled=coupled)
+    keys = ["drive.period_us", "control.flux_reference_wb", "control.dtc.torque_band_upper_nm"]
+    rows = [tuple(row) for row in frame[keys].to_numpy()]
+    assert rows == [(25, 0.9, 0.5), (25, 1.1, 0.9), (50, 0.9, 0.5), (50, 1.1, 0.9)]
+    assert frame["status"].tolist() == ["ok"] * 4
+
+
+def test_coupled_keys_may_stand_alone() -> None:
+    coupled = [{"machine.r_s_ohm": (0.39, 0.48), "machine.r_r_ohm": (0.4, 1.6, "log")}]
+    frame = sextant.sweep(SCENARIO, overrides=QUICK, coupled=coupled, samples=2)
+    share = (frame["machine.r_s_ohm"] - 0.39) / 0.09
+    np.testing.assert_allclose(frame["machine.r_r_ohm"], 0.4 * 4**share)
+
+
+def test_a_list_of_points_is_the_file_of_scripts_sweep(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "points.csv").write_text("drive.period_us,control.flux_reference_wb\n25,0.9\n50,1.1\n")
+    monkeypatch.chdir(tmp_path)
+    frame = sextant.sweep(SCENARIO, points="points.csv", overrides=QUICK)
+    assert frame["drive.period_us"].tolist() == [25, 50]
+    assert frame["control.flux_reference_wb"].tolist() == [0.9, 1.1]
+    assert frame["status"].tolist() == ["ok"] * 2
+
+
+RANGE = {"machine.r_s_ohm": (0.39, 0.48)}
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"ranges": {}}, "ranges: expected at least one key"),
+        ({"ranges": {}}, "ranges, coupled or points: expected at least one key"),
+        ({"coupled": [{"machine.r_s_ohm": [1, 2]}]}, "coupled.machine.r_s_ohm: expected two or more keys that move"),
+        (
+            {"coupled": [{"machine.r_s_ohm": [1, 2], "machine.r_r_ohm": [1]}]},
+            "coupled.machine.r_r_ohm: expected as many values as machine.r_s_ohm has",
+        ),
+        (
+            {"ranges": RANGE, "coupled": [{"machine.r_s_ohm": (1, 2), "machine.r_r_ohm": (1, 2)}]},
+            "coupled.machine.r_s_ohm: this key varies elsewhere",
+        ),
+        ({"coupled": {"machine.r_s_ohm": (1, 2)}}, "coupled: expected a list of dictionaries"),
+        ({"coupled": [{"machine.r_s_ohm": (1, 2, 3, 4), "a": (1, 2)}]}, r"coupled: machine.r_s_ohm: expected \(low"),
+        ({"points": "none.csv"}, "none.csv cannot be read: No such file"),
+        ({"points": "none.csv", "ranges": RANGE}, "points: a list of points has every key that varies: leave ranges"),
+        (
+            {"points": "none.csv", "coupled": [{"a": [1], "b": [2]}]},
+            "a list of points has every key that varies: leave ",
+        ),
         ({"ranges": {"machine.r_s_ohm": (1, 2)}, "method": "halton"}, 'got "halton"'),
         ({"ranges": {"machine.r_s_ohm": (1, 2)}, "samples": 60}, "a power of two, such as 32 or 64, got 60"),
         ({"ranges": {"machine.r_s_ohm": (2, 1)}}, "sextant.sweep: random.ranges.machine.r_s_ohm: expected from < to"),

@@ -152,11 +152,11 @@ def test_examples_of_the_page_for_coupled_keys_and_lists_run(bench: Bench) -> No
 
 
 def test_an_unknown_key_of_a_list_is_refused_by_the_list(bench: Bench) -> None:
-    (bench.directory / "points.csv").write_text("machine.r_s,drive.period_us\n1,2\n", encoding="utf-8")
+    (bench.directory / "points.csv").write_text("# two keys\n\nmachine.r_s,drive.period_us\n1,2\n", encoding="utf-8")
     bench.write(f'scenario = "{SCENARIO}"\npoints = "points.csv"\n')
     found = bench.run()
     assert found.returncode == 2
-    assert "points.csv: machine.r_s: unknown key" in found.stderr
+    assert "points.csv:3: machine.r_s: unknown key" in found.stderr
     bench.write(f'scenario = "{SCENARIO}"\n[[coupled]]\ndrive.period_us = [25]\nmachine.r_s = [1]\n')
     assert "sweep.toml:4: machine.r_s: unknown key" in bench.run().stderr
 
