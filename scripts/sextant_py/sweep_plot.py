@@ -140,7 +140,7 @@ def write_cells(axes: Axes, cells: np.ndarray, missed: np.ndarray) -> None:
     width, height = np.abs(np.diff(axes.transData.transform([(0, 0), (1, 1)]), axis=0)[0])
     for digits, size in (*TEXTS, (0, 9.0)):
         for place, text in texts.items():
-            value = f"{cells[place]:.{digits}g}" if digits else ""
+            value = f"{float(f'{cells[place]:.{digits}g}'):g}" if digits else ""  # no exponent below a million
             text.set(text=f"{value}{marks[place]}" if math.isfinite(cells[place]) else "×", fontsize=size)
         boxes = [text.get_window_extent(renderer) for text in texts.values() if text.get_text()]
         if all(box.width < 0.95 * width and box.height < height for box in boxes):

@@ -295,6 +295,9 @@ def test_lines_next_to_zero_frequency_are_not_on_the_axis(waves: Path, monkeypat
     monkeypatch.setattr(png, "save", lambda figure, _: drawn.append([axes.get_xlim() for axes in figure.axes]))
     spectrum.draw_png(spectrum.compute(load(waves), [], "hann"), "", Path())
     assert all(left < 0 for left, _ in drawn[0])
+    monkeypatch.setattr(html, "save", lambda figure, *_: drawn.append(figure.layout.xaxis.range))
+    spectrum.draw_html(spectrum.compute(load(waves), [], "hann"), "", Path())
+    assert drawn[1][0] < 0
 
 
 def test_loci_are_circles_in_the_direction_of_the_field(waves: Path) -> None:
@@ -437,6 +440,26 @@ def test_many_late_wake_ups_share_one_text_and_leave_faults_theirs() -> None:
         "OPEN_PHASE",
     ]
     assert len(marks.texts(late[: marks.MOST_LATE], 20.0)) == marks.MOST_LATE
+
+
+def test_texts_of_marks_are_not_on_bands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    write_trip(tmp_path / "trip.h5")
+    arranged = panels.arrange(load(tmp_path / "trip.h5"), ["state", "torque_nm"])
+    assert [panel.is_discrete for panel in arranged] == [True, False]
+    found = marks.of(load(tmp_path / "trip.h5"))
+    states, torque = ([text.get_text() for text in axes.texts] for axes in png.figure_of(arranged, "", found).axes)
+    assert "magnetising" in torque
+    assert "magnetising" not in states
+    pages = []
+    monkeypatch.setattr(html, "save", lambda figure, *_: pages.append(figure.layout.annotations))
+    html.draw(arranged, "", Path(), found)
+    assert {note.yref for note in pages[0] if note.text == "magnetising"} == {"y2 domain"}
+
+
+def test_duty_cycles_have_a_heading(tmp_path: Path) -> None:
+    assert panels.heading("1", "phases") == "Pure numbers, phases"
+    assert panels.heading("1", "states") == "States"
+    assert panels.heading("A", "phases") == "Current, phases [A]"
 
 
 def test_a_trace_without_changes_of_state_marks_its_trip(tmp_path: Path) -> None:

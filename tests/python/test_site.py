@@ -62,6 +62,11 @@ def test_every_picture_opens_in_its_own_size(pages: dict[Path, Page]) -> None:
     assert [picture for page, picture in found if picture not in page.links] == []
 
 
+def test_symbols_are_set(pages: dict[Path, Page]) -> None:
+    found = re.compile(r"\$[A-Za-z]_[a-z]\$")
+    assert [file.name for file, page in pages.items() if "source" not in file.parts and found.search(page.text)] == []
+
+
 def test_every_page_of_the_documentation_is_there(site: Path, pages: dict[Path, Page]) -> None:
     navigation = pages[site / "index.html"].links
     for page in (ROOT / "docs").glob("**/*.md"):

@@ -102,6 +102,15 @@ def test_a_heat_map_shows_the_mean_of_each_cell(tmp_path: Path) -> None:
     plt.close(figure)
 
 
+def test_cells_have_no_exponents_where_a_number_is_as_short() -> None:
+    _, axes = plt.subplots(figsize=(6, 3))
+    cells = np.array([[10151.0, 9990.0, 0.08603]])
+    axes.imshow(cells, aspect="auto")
+    sweep_plot.write_cells(axes, cells, np.zeros(cells.shape, dtype=bool))
+    assert [text.get_text() for text in axes.texts] == ["10150", "9990", "0.08603"]
+    plt.close(axes.figure)
+
+
 def test_one_key_of_a_grid_is_a_line(tmp_path: Path) -> None:
     sweep, store = stored(tmp_path, GRID + 'keys = ["control.dtc.torque_band_upper_nm"]\n')
     figure = sweep_plot.draw(sweep, store, METRIC, UNITS)

@@ -11,7 +11,7 @@ from plotly.subplots import make_subplots
 from ..errors import UserError
 from . import lanes, marks, styles
 from .marks import Mark
-from .panels import Line, Panel
+from .panels import Line, Panel, first_of_lines
 from .styles import Style
 
 MOST_POINTS = 5000  # of a line
@@ -163,8 +163,8 @@ def add_lanes(figure: Figure, lines: list[Line], row: int) -> None:
     figure.update_yaxes(row=row, col=1, range=[-0.1, len(found)], showgrid=False, zeroline=False, **ticks)
 
 
-def add_marks(figure: Figure, found: list[Mark], begin_s: float, end_s: float) -> None:
-    """Lines and spans in every panel, but not in what stands between them; their texts in the first."""
+def add_marks(figure: Figure, found: list[Mark], begin_s: float, end_s: float, named: int) -> None:
+    """Lines and spans in every panel, but not in what is between them; named: the place of that with their texts."""
     found = marks.within(found, begin_s, end_s)
     axes = [panel["axis"].replace("axis", "") for panel in figure.layout.meta["panels"]]
     for mark, axis in itertools.product(found, axes):
@@ -176,8 +176,8 @@ def add_marks(figure: Figure, found: list[Mark], begin_s: float, end_s: float) -
         figure.add_shape(type="line", x0=mark.begin_s, x1=mark.begin_s, line={"color": colour, "width": 1}, **across)
     for mark, text in marks.texts(found, end_s - begin_s):
         figure.add_annotation(
-            x=mark.begin_s, xref="x", y=1, yref="y domain", text=html.escape(text), textangle=-90, showarrow=False,
-            xanchor="left", yanchor="top", font={"size": 11},
+            x=mark.begin_s, xref="x", y=1, yref=f"{axes[named]} domain", text=html.escape(text), textangle=-90,
+            showarrow=False, xanchor="left", yanchor="top", font={"size": 11},
         )  # fmt: skip
 
 
@@ -192,6 +192,6 @@ def draw(panels: list[Panel], title: str, output: Path, found: list[Mark] | None
         for line, style in zip(panel.lines, each, strict=True):
             add_line(figure, line, style, row)
     times = [line.series.time_s for panel in panels for line in panel.lines]
-    add_marks(figure, found or [], min(t[0] for t in times), max(t[-1] for t in times))
+    add_marks(figure, found or [], min(t[0] for t in times), max(t[-1] for t in times), first_of_lines(panels))
     figure.update_xaxes(title_text="Time [s]", row=len(panels), col=1)
     save(figure, title, output)

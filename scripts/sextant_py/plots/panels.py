@@ -81,9 +81,16 @@ def kind_of(series: Series) -> str:
 
 
 def heading(unit: str, kind: str) -> str:
-    what = ", ".join(part for part in (QUANTITIES.get(unit, ""), kind) if part)
+    is_pure = unit in ("", "1")
+    quantity = "pure numbers" if is_pure and kind != "states" else QUANTITIES.get(unit, "")
+    what = ", ".join(part for part in (quantity, kind) if part)
     what = what[:1].upper() + what[1:]
-    return f"{what} [{unit}]" if unit and unit != "1" else what or "Pure numbers"
+    return what if is_pure else f"{what} [{unit}]"
+
+
+def first_of_lines(panels: list[Panel]) -> int:
+    """The place of the panel that has the texts of marks: bands of values have texts of their own."""
+    return next((place for place, panel in enumerate(panels) if not panel.is_discrete), 0)
 
 
 def merged(found: list[Series], label: str) -> list[Line]:

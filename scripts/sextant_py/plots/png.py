@@ -18,7 +18,7 @@ from ..figure_style import STYLE
 from . import lanes, marks, styles
 from .look import COMMON, Look
 from .marks import Mark
-from .panels import Line, Panel
+from .panels import Line, Panel, first_of_lines
 from .styles import Style
 
 MOST_POINTS = 2000  # of a line
@@ -128,8 +128,8 @@ def draw_lanes(axes: Axes, lines: list[Line], look: Look) -> None:
     legend(axes, [Patch(color=colour, alpha=0.45, label=text) for text, colour in unnamed.items()], look)
 
 
-def draw_marks(grid: list[Axes], found: Sequence[Mark], look: Look) -> None:
-    """Lines and spans in every panel, their texts in the first."""
+def draw_marks(grid: list[Axes], found: Sequence[Mark], look: Look, named: int) -> None:
+    """Lines and spans in every panel; named: the place of that with their texts."""
     begin_s, end_s = grid[0].get_xlim()
     found = marks.within(found, begin_s, end_s)
     for axes in grid:
@@ -139,10 +139,10 @@ def draw_marks(grid: list[Axes], found: Sequence[Mark], look: Look) -> None:
                 axes.axvspan(mark.begin_s, mark.end_s, color=colour, alpha=0.1, linewidth=0, zorder=0)
             axes.axvline(mark.begin_s, color=colour, linewidth=0.9, alpha=0.8, zorder=1.5)
     for mark, text in marks.texts(found, end_s - begin_s, marks.NEAR / look.share):
-        note = grid[0].annotate(
+        note = grid[named].annotate(
             text, (mark.begin_s, 1), xycoords=("data", "axes fraction"), xytext=(2, -3), textcoords="offset points",
             rotation=90, ha="left", va="top", fontsize=8,
-            bbox={"facecolor": grid[0].get_facecolor(), "alpha": 0.75, "linewidth": 0, "pad": 1},
+            bbox={"facecolor": grid[named].get_facecolor(), "alpha": 0.75, "linewidth": 0, "pad": 1},
         )  # fmt: skip
         note.set_in_layout(False)  # a long text takes no room from the panels
 
@@ -154,7 +154,7 @@ def figure_of(panels: list[Panel], title: str, found: Sequence[Mark] = (), look:
         axes.set_title(panel.heading, loc="left")
         (draw_lanes if panel.is_discrete else draw_lines)(axes, panel.lines, look)
         axes.margins(x=0.01)
-    draw_marks(grid, found, look)
+    draw_marks(grid, found, look, first_of_lines(panels))
     grid[-1].set_xlabel("Time [s]")
     return figure
 

@@ -17,6 +17,7 @@ WINDOWS = ("hann", "flattop", "blackmanharris", "boxcar")
 UNEVEN = 0.01  # share of the mean distance by which samples may lie off an even grid
 FEWEST = 16
 FLOOR = 1e-6  # of the largest amplitude: what lies below is not shown
+MARGIN = 0.01  # of the frequencies on either side, where the lines next to zero are not on the axis
 DEFAULT_UNITS = ("N·m", "A")
 
 
@@ -68,7 +69,9 @@ def choose(file: SeriesFile) -> list[Series]:
         if (is_phase or is_torque) and not series.name.endswith(("_min_nm", "_max_nm")):
             wanted.append(series)
     own = {series.quantity for series in wanted if "/" not in series.name}
-    return [s for s in wanted if "/" not in s.name or s.unit == "N·m" or s.quantity.rpartition("/")[2] not in own]
+    # Of the plant's torque the samples alone, which the mean of a row is close to.
+    samples = [series for series in wanted if series.unit == "N·m" and series.name == series.quantity]
+    return [s for s in wanted if "/" not in s.name or s in samples or s.quantity.rpartition("/")[2] not in own]
 
 
 def compute(files: list[SeriesFile], wanted: list[str], window: str) -> list[Spectrum]:
@@ -119,7 +122,7 @@ def draw_png(spectra: list[Spectrum], title: str, output: Path) -> None:
             axes.set_yscale("log")
             axes.set_ylim(*span)
         axes.set_title(_heading(unit))
-        axes.margins(x=0.01)  # the lines next to zero are not on the axis
+        axes.margins(x=MARGIN)
         png.legend(axes)
     grid[-1].set_xlabel(_abscissa(spectra))
     png.save(figure, output)
@@ -137,5 +140,7 @@ def draw_html(spectra: list[Spectrum], title: str, output: Path) -> None:
         if span := _span(part):
             ends = [math.log10(end) for end in span]
             figure.update_yaxes(type="log", range=ends, exponentformat="power", dtick=1, row=row, col=1)
+    last = max(float(spectrum.frequency_hz[-1]) for spectrum in spectra)
+    figure.update_xaxes(range=[-MARGIN * last, (1 + MARGIN) * last])
     figure.update_xaxes(title_text=_abscissa(spectra), row=len(units), col=1)
     html.save(figure, title, output)

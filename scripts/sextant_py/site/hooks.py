@@ -8,6 +8,7 @@ from mkdocs.structure.files import File, Files
 
 from sextant_py.site import links, reference, sources
 
+SYMBOL = re.compile(r"\$([A-Za-z])_([a-z])\$")  # a quantity with its index, as pages write it: $R_s$
 ASSETS = [Path(__file__).parent / name for name in ("assets", "vendor")]
 
 
@@ -52,5 +53,6 @@ def on_page_markdown(markdown: str, page: Any, config: Any, files: Files) -> str
 
 
 def on_page_content(html: str, page: Any, config: Any, files: Files) -> str:
-    """A picture leads to itself in its own size: on a narrow page its texts are small."""
+    """A picture leads to itself in its own size: on a narrow page its texts are small. Symbols need no script."""
+    html = SYMBOL.sub(r"<i>\1</i><sub>\2</sub>", html)
     return re.sub(r'<img [^>]*src="([^"]+)"[^>]*>', r'<a href="\1">\g<0></a>', html)
