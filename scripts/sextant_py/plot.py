@@ -10,6 +10,7 @@ from .recording.formats import SUFFIXES
 from .signal_file import SignalFile
 
 PICTURES = (".png", ".svg", ".pdf")
+WINDOWS = ("hann", "flattop", "blackmanharris", "boxcar")  # of a spectrum
 
 EXAMPLES = """examples:
   scripts/plot out/run/trace.h5                               the overview, to out/run/trace.png
@@ -41,7 +42,7 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     what.add_argument("--figure", metavar="N", help="the layout of the paper's Figure N, or list")
     parser.add_argument(
         "--window",
-        choices=("hann", "flattop", "blackmanharris", "boxcar"),
+        choices=WINDOWS,
         default="hann",
         help="of a spectrum (default: hann; flattop has the most exact amplitudes)",
     )
