@@ -15,7 +15,7 @@ from .signal_file import GroupRows, SignalFile
 OWN = "trigger"  # the instant that a capture was triggered at
 
 
-def _columns(time_s: np.ndarray, rows: np.ndarray) -> dict[str, np.ndarray]:
+def _evaluated(time_s: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """What a trigger can evaluate, by the names of the waveform. Telemetry has means over its intervals, and the flux
     by magnitude and angle."""
     names = rows.dtype.names or ()
@@ -27,14 +27,7 @@ def _columns(time_s: np.ndarray, rows: np.ndarray) -> dict[str, np.ndarray]:
     if "flux_alpha_wb" not in found and {"flux_mean_wb", "flux_angle_rad"} <= set(names):
         magnitude, angle = rows["flux_mean_wb"], rows["flux_angle_rad"]
         found |= {"flux_alpha_wb": magnitude * np.cos(angle), "flux_beta_wb": magnitude * np.sin(angle)}
-    return found
-
-
-def _structured(columns: dict[str, np.ndarray]) -> np.ndarray:
-    rows = np.empty(len(columns["t_ns"]), [(name, values.dtype) for name, values in columns.items()])
-    for name, values in columns.items():
-        rows[name] = values
-    return rows
+    return np.rec.fromarrays(list(found.values()), names=list(found))
 
 
 def rows_for(file: SignalFile) -> GroupRows:
@@ -59,7 +52,7 @@ def instant(path: Path, file: SignalFile, text: str) -> tuple[float, float]:
     for time_s, block in rows_for(file).blocks():
         unsure_s = interval_s(time_s) or unsure_s
         try:
-            hits = np.flatnonzero(condition.hits(_structured(_columns(time_s, block))))
+            hits = np.flatnonzero(condition.hits(_evaluated(time_s, block)))
         except ValueError as error:
             name = str(error).rpartition(" ")[2]
             raise UserError(f'{path} has no signal {name}, which the trigger "{text}" evaluates.') from None

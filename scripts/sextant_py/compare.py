@@ -8,8 +8,7 @@ from pathlib import Path
 from . import comparison_report as report
 from .comparison import OUT, Row, Tolerances, compare, runs_of, shift_s
 from .errors import UserError, run
-from .program_arguments import parser_of
-from .seconds import finite_seconds
+from .program_arguments import finite_seconds, parser_of
 
 EXAMPLES = """examples:
   scripts/compare out/before out/after

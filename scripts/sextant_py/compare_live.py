@@ -40,8 +40,6 @@ overruns by the drive's own execution are the integrator's. Needs a multicast ro
 
 @dataclass
 class Run:
-    """What one run of the drive has counted."""
-
     periods: int
     missed: int
     overruns: int

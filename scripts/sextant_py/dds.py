@@ -226,8 +226,6 @@ class Subscription:
 
 @dataclass
 class Drive:
-    """What is known of one drive."""
-
     drive_id: int
     telemetry: Any = None
     state: Any = None

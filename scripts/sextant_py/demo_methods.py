@@ -34,7 +34,6 @@ def drive_of(programs: Path, file: Path) -> Settings:
 
 
 def scenario_of(drive: Settings, directory: Path) -> str:
-    """The profile on that drive."""
     points = profile.load(PROFILE)
     table = directory / "torque.csv"
     rows = (f"{point.time_s},{point.torque_nm}" for point in points.points)

@@ -5,7 +5,6 @@ import json
 from dataclasses import dataclass
 from pathlib import Path
 
-import h5py
 import numpy as np
 from rich.console import Console
 from rich.table import Table
@@ -13,6 +12,8 @@ from rich.table import Table
 from .dds import contract_fields
 from .errors import UserError, run
 from .program_arguments import parser_of
+from .recording.model import MAIN
+from .signal_file import SignalFile
 from .tracking import TOLERANCE_NM, TOLERANCE_SHARE, Tracking
 
 STEP_NM = 5.0
@@ -65,10 +66,10 @@ def as_double(values: np.ndarray) -> np.ndarray:
 
 def load_recording(path: Path) -> dict[str, np.ndarray]:
     try:
-        with h5py.File(path, "r") as file:
-            return {name: as_double(file[name][()]) for name in contract_fields("DriveTelemetry")}
-    except (OSError, KeyError) as error:
-        raise UserError(f"the recording {path} cannot be read: {error}.") from None
+        rows = SignalFile(path).groups[MAIN]
+        return {name: as_double(rows.values(name)) for name in contract_fields("DriveTelemetry")}
+    except (KeyError, ValueError) as error:
+        raise UserError(f"the recording {path} has no telemetry of this contract: {error}.") from None
 
 
 def response_time_ms(recording: dict[str, np.ndarray]) -> tuple[float, float] | None:
@@ -113,7 +114,6 @@ def followed(commands: Commands, recording: dict[str, np.ndarray], during: np.nd
 
 
 def rows(commands: Commands, recording: dict[str, np.ndarray], statistics: dict | None) -> list[tuple[str, str]]:
-    """The lines of the table."""
     begin_ns, end_ns = commands.span_ns()
     during = (recording["t_ns"] >= begin_ns) & (recording["t_ns"] <= end_ns)
     if not during.any():

@@ -12,6 +12,7 @@ from rich.text import Text
 
 from .contract import Contract
 from .dds import Drive
+from .reports import FOLLOWING_STATES
 from .sparkline import STEP_S, Sparkline
 from .telemetry_contract import rejections
 from .tracking import Tracking
@@ -22,7 +23,6 @@ SPARK_WIDTH = 40
 LABEL_WIDTH = 11
 FRAME_WIDTH = 6  # of a panel: its border, and the space between label and value
 NARROWEST = 20  # of the values of a panel; below it they are cut off
-FOLLOWING = ("TORQUE", "DERATED")  # states in which the torque answers to the request
 STYLES = {"TORQUE": "bold green", "MAGNETISING": "cyan", "READY": "cyan", "DERATED": "yellow", "FAULT": "bold red"}
 
 
@@ -54,7 +54,6 @@ def faults_by_bit() -> dict[int, str]:
 
 
 def fault_names(bits: int) -> list[str]:
-    """The names of the faults whose bits are set."""
     return [faults_by_bit().get(bit, f"BIT_{bit}") for bit in range(64) if bits >> bit & 1]
 
 
@@ -82,8 +81,6 @@ def packed(parts: list[str], width: int) -> list[str]:
 
 
 class DriveView:
-    """One drive for a person: a panel, or a line."""
-
     def __init__(self) -> None:
         self._peak_nm = 1.0
         self._tracking = Tracking()
@@ -97,7 +94,7 @@ class DriveView:
         self._seen_ns = t.t_ns
         self._torque.add(t.t_ns / 1e9, t.torque_mean_nm)
         self._speed.add(t.t_ns / 1e9, t.speed_rad_s)
-        if t.state.name in FOLLOWING:
+        if t.state.name in FOLLOWING_STATES:
             self._tracking.add(t.t_ns / 1e9, t.torque_requested_nm, t.torque_mean_nm)
         else:
             self._tracking.pause()

@@ -13,8 +13,7 @@ from . import expect_scenario, junit, mil_program
 from .errors import UserError, run
 from .expect_bounds import Bounds
 from .expect_evaluation import Evaluation, LimitResult, evaluate
-from .program_arguments import parser_of
-from .seconds import finite_seconds
+from .program_arguments import finite_seconds, parser_of
 
 PLAIN_WIDTH = 110  # where there is no terminal
 WORDS = {True: "pass", False: "FAIL", None: "OPEN"}
@@ -136,7 +135,8 @@ def write_junit(evaluation: Evaluation, file: Path) -> None:
     junit.write(xml, file)
 
 
-def perform(options: argparse.Namespace) -> int:
+def main(arguments: list[str]) -> int:
+    options = parse_arguments(arguments)
     if options.at is not None and options.align is None:
         raise UserError("--at is the instant of --align, which names the trigger.")
     scenario = expect_scenario.read(mil_program.find(options.mil), options.scenario, options.set)
@@ -145,10 +145,6 @@ def perform(options: argparse.Namespace) -> int:
     if options.junit:
         write_junit(evaluation, options.junit)
     return evaluation.status(options.require_expectations)
-
-
-def main(arguments: list[str]) -> int:
-    return perform(parse_arguments(arguments))
 
 
 if __name__ == "__main__":

@@ -168,7 +168,6 @@ WINDOWED: dict[str, Callable[[Part], Bounds]] = {
     "flux_min_wb": lambda part: part.smallest(part.rows.flux),
     "flux_max_wb": lambda part: part.largest(part.rows.flux),
 }
-WHOLE = ("peak_current_a", "response_time_ms")
 TORQUE_EXTREMES = ("torque_min_nm", "torque_max_nm")
 TORQUE, FLUX = ("torque_mean_nm", *TORQUE_EXTREMES), ("flux_mean_wb", "flux_min_wb", "flux_max_wb")
 COLUMNS = {  # of which the bounds of a metric are made

@@ -44,8 +44,6 @@ class Course:
 
 @dataclass(frozen=True)
 class Commanded:
-    """A drive in a course."""
-
     vcu: Vcu
     course: Course
     progress: Progress

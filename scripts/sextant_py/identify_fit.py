@@ -50,7 +50,6 @@ class Found:
     r_s_ohm: float
     r_s_sigma_ohm: float
     offset_v: float  # c
-    rest_v: float  # standard deviation of a level's voltage about the fit
     voltage_error_v: float  # of the stator voltage along the current, as the drive counts it
     link_v: float
     used: tuple[bool, ...]  # of the levels
@@ -90,7 +89,7 @@ def _solve(levels: list[Level], setup: Setup) -> Found:
     leg_sigma = mean_link * sigma[2] / setup.period_s
     error = math.hypot(4 / math.pi * leg_sigma, math.sqrt(variance))
     return Found(
-        float(values[2]), float(sigma[2]), float(values[1]), float(sigma[1]), float(values[0]), math.sqrt(variance),
+        float(values[2]), float(sigma[2]), float(values[1]), float(sigma[1]), float(values[0]),
         error, mean_link, (True,) * len(levels),
     )  # fmt: skip
 

@@ -45,8 +45,6 @@ class Course:
 
 @dataclass(frozen=True)
 class Inertia:
-    """What the course tells."""
-
     inertia: float  # J [kg·m²]
     sigma: float  # its standard deviation
     viscous: float  # B [N·m·s]
@@ -63,12 +61,6 @@ class Inertia:
     @property
     def fastest(self) -> float:
         return float(np.max(np.abs(self.speed)))
-
-
-def _integral(values: np.ndarray, time: np.ndarray) -> np.ndarray:
-    """From the first time on."""
-    steps = 0.5 * (values[1:] + values[:-1]) * np.diff(time)
-    return np.concatenate([[0.0], np.cumsum(steps)])
 
 
 def _least_squares(columns: np.ndarray, measured: np.ndarray, kept: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -97,6 +89,8 @@ def _non_negative_friction(columns: np.ndarray, measured: np.ndarray) -> tuple[n
 
 def fit(time: np.ndarray, speed: np.ndarray, torque: np.ndarray) -> Inertia:
     """Of samples [s], [rad/s]; the torque is the mean over the interval before each [N·m]."""
+    from scipy.integrate import cumulative_trapezoid
+
     if time.size < 4 * WINDOWS:
         raise UserError(f"{time.size} samples do not tell the inertia; {4 * WINDOWS} are needed at least.")
     if not np.ptp(speed) > 0:
@@ -105,7 +99,8 @@ def fit(time: np.ndarray, speed: np.ndarray, torque: np.ndarray) -> Inertia:
             "shaft that is free to turn."
         )
     ends = np.linspace(0, time.size - 1, WINDOWS + 1).round().astype(int)
-    sums = [speed, _integral(speed, time), _integral(np.sign(speed), time), time - time[0]]
+    integrals = (cumulative_trapezoid(values, time, initial=0) for values in (speed, np.sign(speed)))
+    sums = [speed, *integrals, time - time[0]]
     columns = np.column_stack([np.diff(one[ends]) for one in sums])
     impulse = np.concatenate([[0.0], np.cumsum(torque[1:] * np.diff(time))])
     measured = np.diff(impulse[ends])

@@ -19,8 +19,6 @@ CERTAIN = 3  # standard deviations that the loss is above zero by at least
 
 @dataclass(frozen=True)
 class IronLoss:
-    """What the coasting shaft tells."""
-
     resistance_ohm: float  # R_fe per phase, across the voltage of the stator flux
     sigma: float  # its relative standard deviation
     loss_w: float  # at the whole flux and this speed

@@ -13,16 +13,15 @@ from typing import Self
 
 import numpy as np
 
-from . import printed_configuration
 from .control_unit import Vcu
 from .errors import EndedError, UserError
 from .identify_command import BRAKE_S, READY_S, REST_S, Commanded, Course
-from .identify_run import Plant, Steps, following_states, gaps_of, given_words, read_columns
+from .identify_run import Plant, Steps, configuration_of, following_states, gaps_of, given_words, read_columns
 from .lockstep_bus import LockstepBus
 from .printed_configuration import ECU
 from .sweep_file import Settings
 from .sweep_point import clean_reason
-from .sweep_reader import flat, set_words
+from .sweep_reader import set_words
 from .vcu import Progress
 
 LATER = 1.02  # time of a course by that without a missed control period
@@ -167,5 +166,4 @@ def live_plant(
 ) -> LivePlant:
     """The drive of a file of sextant-ecu, with these settings and what the user sets."""
     given = given_words(settings, own)
-    tables = printed_configuration.tables_of(ecu, file, given, "the drive")
-    return LivePlant(given, flat(tables), file, ecu, directory, is_virtual)
+    return LivePlant(given, configuration_of(ecu, file, given), file, ecu, directory, is_virtual)

@@ -17,8 +17,6 @@ PARTS = 10  # of the window, whose means scatter
 
 @dataclass(frozen=True)
 class NoLoad:
-    """What the coasting machine shows."""
-
     flux_wb: float
     current_a: float
     sigma: float  # relative standard deviation of L_s

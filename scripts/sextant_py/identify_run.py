@@ -11,16 +11,17 @@ from typing import Self
 
 import numpy as np
 
+from . import printed_configuration
 from .drive_file import machine_of, of_the_drive, read
 from .errors import EndedError, UserError
 from .identify_fit import Level
 from .identify_impedance import Block, Timing
 from .identify_machine import TCircuit, estimate_of
 from .reports import FOLLOWING_STATES
-from .short_run import SHORT, known_keys, scenario_text
+from .short_run import known_keys, scenario_text
 from .sweep_file import Settings
 from .sweep_point import clean_reason, read_summary
-from .sweep_reader import set_words
+from .sweep_reader import flat, set_words
 from .telemetry_contract import enumerators
 
 CONTROL = "control.commissioning."
@@ -128,11 +129,22 @@ class MilPlant(Plant):
             "trace.interval_us": period_us * max(1, round(1e3 / period_us)),
             "trace.signals": signals,
         }
-        return _run(self, course, settings | own)
+        out = self.file.parent / course
+        command = [str(self.mil), str(self.file), *self.given, *set_words(settings | own), "--out", str(out)]
+        shown = sys.stderr.isatty()  # sextant-mil shows how far it is
+        if shown:
+            print(f"identify: {course}, {duration_s:.3g} s", file=sys.stderr)
+        done = subprocess.run(command, stdout=subprocess.DEVNULL, stderr=None if shown else subprocess.PIPE, text=True)
+        summary = read_summary(out)
+        if summary is None:
+            raise EndedError(f"sextant-mil ended with status {done.returncode}: {clean_reason(done.stderr or '')}")
+        if summary["faults"]:
+            first = summary["faults"][0]
+            raise tripped(first["fault"], course, f" at {first['t_s']:.3f} s")
+        return out / "trace.h5"
 
 
 def scenario_of(file: Path, mil: Path, directory: Path) -> Path:
-    """The drive of the file as a scenario without torque."""
     found = read(file)
     given = {f"machine.{key}": value for key, value in machine_of(found, file).items()}
     kept, _ = of_the_drive(found, known_keys(mil, directory, given), file)
@@ -141,15 +153,9 @@ def scenario_of(file: Path, mil: Path, directory: Path) -> Path:
     return scenario
 
 
-def configuration_of(mil: Path, scenario: Path, given: list[str]) -> Settings:
+def configuration_of(program: Path, file: Path, given: list[str]) -> Settings:
     """In force."""
-    out = scenario.parent / "short"
-    command = [str(mil), str(scenario), *given, *set_words(SHORT), "--no-trace", "--out", str(out)]
-    done = subprocess.run(command, capture_output=True, text=True)
-    found = read_summary(out)
-    if done.returncode == 2 or found is None:
-        raise UserError(f"sextant-mil refuses the drive: {clean_reason(done.stderr)}")
-    return found["configuration"]
+    return flat(printed_configuration.tables_of(program, file, given, "the drive"))
 
 
 def given_words(settings: Settings, own: list[str]) -> list[str]:
@@ -225,23 +231,6 @@ def duration_of_tones(configuration: Settings) -> float:
     return total + 10 * period + 0.003
 
 
-def _run(plant: MilPlant, course: str, settings: Settings) -> Path:
-    """The trace of a course."""
-    out = plant.file.parent / course
-    command = [str(plant.mil), str(plant.file), *plant.given, *set_words(settings), "--out", str(out)]
-    shown = sys.stderr.isatty()  # sextant-mil shows how far it is
-    if shown:
-        print(f"identify: {course}, {settings['duration_s']:.3g} s", file=sys.stderr)
-    done = subprocess.run(command, stdout=subprocess.DEVNULL, stderr=None if shown else subprocess.PIPE, text=True)
-    summary = read_summary(out)
-    if summary is None:
-        raise EndedError(f"sextant-mil ended with status {done.returncode}: {clean_reason(done.stderr or '')}")
-    if summary["faults"]:
-        first = summary["faults"][0]
-        raise tripped(first["fault"], course, f" at {first['t_s']:.3f} s")
-    return out / "trace.h5"
-
-
 def tripped(fault: str, course: str, when: str = "") -> UserError:
     return UserError(
         f"the drive tripped with {fault}{when}, before the course of {course} was over; docs/commissioning.md says "
@@ -313,16 +302,13 @@ def read_columns(file: Path, columns: Sequence[str]) -> tuple[np.ndarray, list[n
 
 def read_rows(file: Path, count: int) -> list[dict[str, float]]:
     """The channels of a trace behind each of so many levels, in order."""
-    import h5py
-
-    with h5py.File(file) as trace:
-        values = {name: np.asarray(trace[f"control/{name}"]) for name in CHANNELS}
-        time = trace["t_ns"][()]
+    time, found = read_columns(file, [f"control/{name}" for name in CHANNELS])
+    values = dict(zip(CHANNELS, found, strict=True))
     over = values["level"]
     if not over.size or over.max() < count:
         raise EndedError(f"{file}: the run ended before all {count} levels were over; read what the drive reports.")
     firsts = [int(np.argmax(over >= number)) for number in range(1, count + 1)]
-    return [{name: float(values[name][row]) for name in CHANNELS} | {END: 1e-9 * time[row]} for row in firsts]
+    return [{name: float(values[name][row]) for name in CHANNELS} | {END: time[row]} for row in firsts]
 
 
 def gaps_of(file: Path) -> np.ndarray:

@@ -22,8 +22,6 @@ LEAST_BEND = 0.03  # (ψ/ψ_k)^S at the whole flux, below which no curve is told
 
 @dataclass(frozen=True)
 class Saturation:
-    """A curve that the iron follows."""
-
     knee_wb: float
     knee_sigma_wb: float  # at this exponent
     exponent: int

@@ -12,12 +12,9 @@ from rich.live import Live
 from rich.text import Text
 
 from .dds import Drive, Telemetry
-from .drive_view import FOLLOWING, TIMEOUT_S, DriveView, fault_names
+from .drive_view import DriveView
 from .errors import EndedError, run
-from .program_arguments import parser_of
-from .seconds import positive_seconds
-
-__all__ = ["FOLLOWING", "PATIENCE_S", "TIMEOUT_S", "Monitor", "as_dict", "fault_names", "main", "plain"]
+from .program_arguments import parser_of, positive_seconds
 
 REFRESH_S = 0.1
 LINE_EVERY_S = 1.0

@@ -34,8 +34,6 @@ A played command is a command: no live drive may be on the bus of --can or use t
 
 
 class Player:
-    """Publishes what a recording holds."""
-
     def __init__(self, source: Source, domain: int, drive_id: int | None, bus: can.BusABC | None) -> None:
         self._source = source
         self._drive_id = drive_id

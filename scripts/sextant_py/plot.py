@@ -4,12 +4,13 @@ import argparse
 import sys
 from pathlib import Path
 
-from . import signal_file
 from .errors import UserError, run
-from .program_arguments import parser_of
-from .seconds import finite_seconds
+from .program_arguments import add_span, parser_of
+from .recording.formats import SUFFIXES
+from .signal_file import SignalFile
 
 PICTURES = (".png", ".svg", ".pdf")
+WINDOWS = ("hann", "flattop", "blackmanharris", "boxcar")  # of a spectrum
 
 EXAMPLES = """examples:
   scripts/plot out/run/trace.h5                               the overview, to out/run/trace.png
@@ -27,15 +28,12 @@ of the output decides between a picture (.png, .svg, .pdf) and a page (.html). d
 
 def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     parser = parser_of("plot", __doc__, EXAMPLES)
-    endings = ", ".join(signal_file.SUFFIXES)
+    endings = ", ".join(SUFFIXES)
     parser.add_argument("words", nargs="*", metavar="FILE|SIGNAL", help=f"files ({endings}) and signals of them")
     parser.add_argument(
         "-o", "--output", type=Path, metavar="FILE", help="picture or page to write (default: FILE.png)"
     )
-    parser.add_argument(
-        "--from", dest="begin_s", type=finite_seconds, metavar="S", help="begin of the span to draw [s]"
-    )
-    parser.add_argument("--to", dest="end_s", type=finite_seconds, metavar="S", help="end of the span to draw [s]")
+    add_span(parser)
     parser.add_argument("--title", help="heading (default: of the run or the file)")
     what = parser.add_mutually_exclusive_group()
     what.add_argument("--list", action="store_true", help="print the signals of the files and leave")
@@ -44,7 +42,7 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
     what.add_argument("--figure", metavar="N", help="the layout of the paper's Figure N, or list")
     parser.add_argument(
         "--window",
-        choices=("hann", "flattop", "blackmanharris", "boxcar"),
+        choices=WINDOWS,
         default="hann",
         help="of a spectrum (default: hann; flattop has the most exact amplitudes)",
     )
@@ -59,12 +57,12 @@ def parse_arguments(arguments: list[str]) -> argparse.Namespace:
 
 def is_file(word: str) -> bool:
     """A signal has no ending of a file, and no file of its name lies here."""
-    return Path(word).suffix.lower() in signal_file.SUFFIXES or Path(word).is_file()
+    return Path(word).suffix.lower() in SUFFIXES or Path(word).is_file()
 
 
 def print_signals(path: Path) -> None:
     """The signals of a file by their groups, with the span of each group."""
-    found = signal_file.SignalFile(path)
+    found = SignalFile(path)
     print(path)
     for name, rows in found.groups.items():
         if not rows.count:

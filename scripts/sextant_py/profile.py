@@ -35,8 +35,6 @@ class Point:
 
 
 class Profile:
-    """A torque over time."""
-
     def __init__(self, points: list[Point], interpolation: str = "linear") -> None:
         self.points = points
         self.interpolation = interpolation

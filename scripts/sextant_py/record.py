@@ -8,7 +8,7 @@ from pathlib import Path
 
 from . import bus as can_bus
 from .errors import EndedError, UserError, run
-from .program_arguments import parser_of
+from .program_arguments import parser_of, positive_seconds
 from .recording import formats
 from .recording.can_frames import CanReader
 from .recording.live import LiveDrive
@@ -16,7 +16,6 @@ from .recording.model import MAIN
 from .recording.progress import Progress
 from .recording.recorder import Recorder
 from .recording.topics import TOPICS, WAVEFORM
-from .seconds import positive_seconds
 
 POLL_S = 0.05
 PATIENCE_S = 5.0  # without a sample, after which the reason is reported

@@ -21,8 +21,6 @@ def scenario_text(settings: Settings, name: str) -> str:
 
 @dataclass(frozen=True)
 class Ended:
-    """A run that has ended."""
-
     summary: dict | None  # None where it left none
     said: str  # what it reported, or how it ended
 

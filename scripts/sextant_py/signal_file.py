@@ -8,10 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from .errors import UserError
-from .recording.formats import SUFFIXES, open_source
+from .recording.formats import open_source
 from .recording.model import MAIN, TRIGGER, Column, Group, Source, begin_of_run
-
-__all__ = ["SUFFIXES", "GroupRows", "SignalFile", "Signals", "load"]
 
 
 @dataclass
@@ -22,10 +20,6 @@ class Signals:
     values: dict[str, np.ndarray]
     units: dict[str, str] = field(default_factory=dict)
     texts: dict[str, str] = field(default_factory=dict)
-
-    def get(self, *names: str) -> np.ndarray | None:
-        """The first of the signals that there is."""
-        return next((self.values[name] for name in names if name in self.values), None)
 
 
 @dataclass

@@ -33,7 +33,6 @@ class Sparkline:
 
     @property
     def count(self) -> int:
-        """Steps that have samples."""
         return len(self._steps)
 
     def values(self, columns: int) -> list[float | None]:

@@ -35,7 +35,6 @@ def enum(name: str) -> type:
 
 
 def member_type(of_contract: str) -> type:
-    """The Python type of a member, by the name that the contract gives it."""
     if sequence := _SEQUENCE.fullmatch(of_contract):
         return types.sequence[_TYPES[sequence[1]], int(sequence[2])]
     return _TYPES[of_contract]

@@ -58,7 +58,6 @@ class Progress:
 
 
 def describe(reports: Reports) -> str:
-    """What the drive reports, for a person."""
     status, motion = reports.latest.get(STATUS), reports.latest.get("MCU_Motion")
     parts = [str(reports.state() or "no status")]
     if status:

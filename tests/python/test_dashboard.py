@@ -404,6 +404,8 @@ def test_without_the_token_no_command_reaches_the_bus(commanding: Commanding) ->
             assert "token" in page.message("refused")["text"]
             demand(page, 10.0)
             assert "does not command" in page.message("refused")["text"]
+        page.send({"type": "spoil", "kind": "crc", "frames": 1})
+        assert "does not command" in page.message("refused")["text"]
     time.sleep(0.3)
     assert commanding.drive.accepted == []
 

@@ -15,7 +15,7 @@ import pytest
 from programs import program
 from sextant_py import expect, mil_program
 from sextant_py.errors import status_or_refusal
-from sextant_py.expect_bounds import COLUMNS, WHOLE, WINDOWED, Bounds, absence, bounds
+from sextant_py.expect_bounds import COLUMNS, WINDOWED, Bounds, absence, bounds
 from sextant_py.expect_rows import rows_of
 from sextant_py.expect_scenario import Window
 from sextant_py.paths import ROOT
@@ -26,6 +26,7 @@ from sextant_py.signal_file import SignalFile
 
 SCENARIOS = ROOT / "configs" / "scenarios"
 EPSILON = 1e-9  # rounding of sums
+WHOLE = ("peak_current_a", "response_time_ms")  # of the whole run
 
 
 @pytest.fixture(autouse=True)

@@ -16,7 +16,7 @@ from cyclonedds.pub import DataWriter
 from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 from rich.console import Console
-from sextant_py import dds, drive_view, monitor, sparkline, telemetry_types
+from sextant_py import dds, drive_view, sparkline, telemetry_types
 from sextant_py.paths import ROOT
 from topic_writer import Writer
 
@@ -49,9 +49,9 @@ def test_scale(value: float, expected: float) -> None:
 
 
 def test_faults_are_named_by_the_contract() -> None:
-    assert monitor.fault_names(1 << 8 | 1 << 0) == ["COMMAND_LOST", "OVER_CURRENT"]
-    assert monitor.fault_names(0) == []
-    assert monitor.fault_names(1 << 47) == ["BIT_47"]
+    assert drive_view.fault_names(1 << 8 | 1 << 0) == ["COMMAND_LOST", "OVER_CURRENT"]
+    assert drive_view.fault_names(0) == []
+    assert drive_view.fault_names(1 << 47) == ["BIT_47"]
 
 
 def test_contract_fields_are_those_of_the_idl() -> None:

@@ -63,7 +63,7 @@ def test_nanoseconds_count_from_the_first_sample(tmp_path: Path) -> None:
     signals = signal_file.load(tmp_path / "trace.h5", 0.25, 0.75)
     assert signals.time_s[0] == pytest.approx(0.25)
     assert signals.time_s[-1] == pytest.approx(0.75)
-    assert len(signals.get("torque_mean_nm")) == len(signals.time_s) == 51
+    assert len(signals.values["torque_mean_nm"]) == len(signals.time_s) == 51
 
 
 def test_missing_signals_leave_an_empty_panel(tmp_path: Path) -> None:
@@ -232,7 +232,7 @@ def test_bands_keep_every_peak_and_the_mean() -> None:
     assert (np.nanmax(drawn), np.nanmin(drawn)) == (40, -30)
 
 
-@pytest.mark.parametrize("window", spectrum.WINDOWS)
+@pytest.mark.parametrize("window", plot.WINDOWS)
 def test_a_spectrum_has_the_amplitudes_of_the_tones(waves: Path, window: str) -> None:
     """Against a least-squares fit of the tones, which knows nothing of windows or transforms."""
     (found,) = spectrum.compute(load(waves), ["plant/torque_nm"], window)

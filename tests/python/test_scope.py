@@ -225,7 +225,7 @@ def test_a_capture_without_a_change_of_state_is_readable(tmp_path: Path, suffix:
     files.write(path, capture, 3, states)
     file = SignalFile(path)
     assert set(file.groups) == {"waveform"}, "no state, and none of the file that was replaced"
-    np.testing.assert_array_equal(file.signals(["waveform"]).get("torque_nm"), capture.rows["torque_nm"])
+    np.testing.assert_array_equal(file.signals(["waveform"]).values["torque_nm"], capture.rows["torque_nm"])
     np.testing.assert_allclose(file.groups["waveform"].time_s, capture.times_s, atol=1e-9)
 
 

@@ -8,6 +8,7 @@ from .access import Access
 from .vehicle import Vehicle
 
 MOST_WRONG_FRAMES = 100
+WRONG_TOKEN = "the token is not the one that the dashboard printed; open the page by the address it printed."
 
 
 class RefusedError(Exception):
@@ -38,9 +39,7 @@ class CommandDesk:
         if self._vehicle is None:
             raise RefusedError("this dashboard does not command; it was started without --allow-command.")
         if not self._access.may_command(token):
-            raise RefusedError(
-                "the token is not the one that the dashboard printed; open the page by the address it printed."
-            )
+            raise RefusedError(WRONG_TOKEN)
         if self.has_ended:
             raise RefusedError("the process that commands has ended; restart the dashboard.")
         if self._holder not in (None, page):

@@ -4,7 +4,7 @@ import time
 from collections import deque
 from typing import Any
 
-from ..monitor import fault_names
+from ..drive_view import fault_names
 
 KEPT = 20
 

@@ -56,13 +56,16 @@ _SCOPE_PANELS = (
 _NO_PLOT = {"flux_angle_rad", "power_w"}
 
 
-def panels() -> tuple[Panel, ...]:
-    """The panels of this contract. Members that no panel names get one a unit: a later contract's temperatures."""
-    known = {signal.name: signal for signal in signals(STRUCT)}
-    for panel in _PANELS:
-        for name in panel.names:
-            if name not in known:
-                raise UserError(f"the telemetry contract has no {STRUCT}.{name}, which the dashboard draws.")
+def panels(struct: str = STRUCT) -> tuple[Panel, ...]:
+    """The panels of this contract. Members of the telemetry that no panel names get one a unit: a later contract's
+    temperatures."""
+    known = {signal.name: signal for signal in signals(struct)}
+    standard = _PANELS if struct == STRUCT else _SCOPE_PANELS
+    for name in (name for panel in standard for name in panel.names):
+        if name not in known:
+            raise UserError(f"the telemetry contract has no {struct}.{name}, which the dashboard draws.")
+    if struct != STRUCT:
+        return standard
     taken = {name for panel in _PANELS for name in panel.names} | _NO_PLOT
     units: dict[str, list[Signal]] = {}
     for signal in known.values():
@@ -75,21 +78,11 @@ def panels() -> tuple[Panel, ...]:
     return (*_PANELS, *further)
 
 
-def scope_panels() -> tuple[Panel, ...]:
-    """The panels of a capture."""
-    known = {signal.name for signal in signals(WAVEFORM)}
-    for panel in _SCOPE_PANELS:
-        for name in panel.names:
-            if name not in known:
-                raise UserError(f"the telemetry contract has no {WAVEFORM}.{name}, which the dashboard draws.")
-    return _SCOPE_PANELS
-
-
 def described(struct: str = STRUCT) -> list[dict]:
     """The panels of a struct for the page, with unit and text of each signal."""
     known = {signal.name: signal for signal in signals(struct)}
     found = []
-    for panel in panels() if struct == STRUCT else scope_panels():
+    for panel in panels(struct):
         lines = [{"signal": name, "label": label, "text": known[name].text} for name, label in panel.lines.items()]
         unit = known[panel.names[0]].unit
         found.append({"key": panel.key, "title": panel.title, "unit": unit, "lines": lines, "wide": panel.is_wide})

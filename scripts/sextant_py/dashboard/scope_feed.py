@@ -11,6 +11,7 @@ from .. import dds
 from ..errors import UserError
 from ..recording import topics
 from ..recording.live import WAVEFORM_DEPTH
+from ..recording.losses import LossCounter, Losses
 from ..scope.capture import Capture
 from ..scope.scope import Scope, Settings
 from .frames import CAPTURE, HEADER
@@ -50,32 +51,21 @@ def frame_of(number: int, capture: Capture) -> bytes:
 
 
 class PageScope:
-    """The scope of one page."""
-
     def __init__(self, drive_id: int, settings: Settings) -> None:
         self.drive_id = drive_id
         self.scope = Scope(settings)
-        self.rows = 0
-        self.lost = 0  # batches
-        self._sequence: int | None = None
+        self.losses = LossCounter()
         self._shown_s = 0.0
 
     def take(self, rows: np.ndarray) -> list[Capture]:
         """The captures to show: with frequent triggers not every one."""
-        self._count(rows)
+        self.losses.take(topics.WAVEFORM, rows)
         shown = []
         for capture in self.scope.take(rows):
             if time.monotonic() - self._shown_s >= SPACING_S:
                 self._shown_s = time.monotonic()
                 shown.append(capture)
         return shown
-
-    def _count(self, rows: np.ndarray) -> None:
-        self.rows += len(rows)
-        for sequence in np.unique(rows["sequence"]).tolist():
-            if self._sequence is not None and sequence > self._sequence:
-                self.lost += sequence - self._sequence - 1
-            self._sequence = sequence
 
 
 class ScopeFeed:
@@ -176,12 +166,13 @@ class ScopeFeed:
 
     @staticmethod
     def _report(scope: PageScope, reader: dds.Subscription) -> dict[str, Any]:
+        losses = scope.losses.of.get(topics.WAVEFORM, Losses())
         return {
             "type": "scope",
             "state": scope.scope.state,
             "trigger": scope.scope.settings.trigger,
             "captures": scope.scope.captures,
-            "rows": scope.rows,
-            "lost": scope.lost,
-            "problem": None if scope.rows else reader.diagnosis(),
+            "rows": losses.rows,
+            "lost": losses.lost,
+            "problem": None if losses.rows else reader.diagnosis(),
         }

@@ -24,7 +24,6 @@ from .captures import KEPT, Captures
 from .command_desk import CommandDesk, RefusedError
 from .fault_desk import FaultDesk
 from .frames import columns
-from .onlookers import Onlookers
 from .scope_feed import ScopeFeed
 from .source import FRAMES_HZ
 
@@ -61,7 +60,7 @@ class Hub:
         self,
         domain: int,
         access: Access,
-        desk: CommandDesk | Onlookers,
+        desk: CommandDesk,
         captures: Captures | None = None,
         numbers: Iterator[int] | None = None,
         say: Callable[[str], None] = lambda _: None,
@@ -192,8 +191,6 @@ def require_own_host(handler: web.RequestHandler, access: Access) -> None:
 
 
 class PageSocket(websocket.WebSocketHandler):
-    """The connection of one page."""
-
     def initialize(self, hub: Hub) -> None:
         self._hub = hub
         self.name = ""
@@ -350,7 +347,6 @@ def whole_number(text: str) -> int | float:
 
 
 def parsed(text: str | bytes) -> dict[str, Any]:
-    """A page's message."""
     try:
         message = json.loads(text, parse_int=whole_number)
     except (ValueError, RecursionError):
@@ -361,8 +357,6 @@ def parsed(text: str | bytes) -> dict[str, Any]:
 
 
 class PageFile(web.StaticFileHandler):
-    """A file of the page."""
-
     def initialize(self, path: str, access: Access) -> None:
         super().initialize(path, default_filename="index.html")
         self._access = access
@@ -376,8 +370,6 @@ class PageFile(web.StaticFileHandler):
 
 
 class CaptureFile(web.RequestHandler):
-    """A capture as a recording."""
-
     def initialize(self, hub: Hub) -> None:
         self._hub = hub
 

@@ -7,7 +7,9 @@ from collections.abc import Callable
 from typing import Any
 
 from ..dds import TELEMETRY, Drive, Telemetry
-from ..monitor import FOLLOWING, PATIENCE_S, TIMEOUT_S, fault_names, plain
+from ..drive_view import TIMEOUT_S, fault_names
+from ..monitor import PATIENCE_S, plain
+from ..reports import FOLLOWING_STATES
 from ..tracking import Tracking
 from .events import Events
 from .frames import TelemetryFrames
@@ -74,7 +76,7 @@ class Source:
 
     def _track(self, drive_id: int, sample: Any) -> None:
         tracking = self._tracking.setdefault(drive_id, Tracking())
-        if sample.state.name in FOLLOWING:
+        if sample.state.name in FOLLOWING_STATES:
             tracking.add(sample.t_ns / 1e9, sample.torque_requested_nm, sample.torque_mean_nm)
         else:
             tracking.pause()

@@ -29,8 +29,6 @@ REPORT_PERIODS = 10
 
 @dataclass
 class Demand:
-    """What the page demands."""
-
     torque_nm: float
     enable: bool
     fault_reset: bool
@@ -76,7 +74,6 @@ class Unit:
         self._was_running = self._is_tripped = False
 
     def step(self) -> None:
-        """One period."""
         self._vcu.wait()
         demand = self._demand
         if demand is None:

@@ -84,7 +84,6 @@ def save(figure: Figure, title: str, output: Path) -> None:
 
 
 def style_of(number: int) -> dict[str, object]:
-    """Colour and dash of a line of a panel."""
     return _shape(styles.numbered(number))
 
 

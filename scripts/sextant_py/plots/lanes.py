@@ -13,8 +13,6 @@ HEIGHT = 0.8  # of a lane, which takes 1
 
 @dataclass(frozen=True)
 class Band:
-    """A run of one value."""
-
     begin_s: float
     end_s: float
     text: str

@@ -25,8 +25,6 @@ PAIRS = {
 
 @dataclass(frozen=True)
 class Locus:
-    """A path in the plane."""
-
     label: str
     alpha: np.ndarray
     beta: np.ndarray

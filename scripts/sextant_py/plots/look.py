@@ -9,8 +9,6 @@ NARROW_IN = 6.0  # below it the entries of a legend stand under each other
 
 @dataclass(frozen=True)
 class Look:
-    """Size and colours of a picture."""
-
     width_in: float = WIDTH_IN
     panel_in: float = PANEL_IN  # height of a panel of lines
     style: Mapping[str, object] = field(default_factory=dict)  # of matplotlib, beside that of every picture

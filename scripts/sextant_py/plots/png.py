@@ -32,7 +32,6 @@ CHARACTER = 0.0075  # width of one of a band's name, as a share of a common pict
 
 
 def style_of(number: int) -> tuple[str, str]:
-    """Colour and dash of a line of a panel."""
     style = styles.numbered(number)
     return style.colour, DASHES[style.dash]
 

@@ -68,8 +68,6 @@ class Series:
 
 @dataclass(frozen=True)
 class SeriesFile:
-    """The signals of a file, by name."""
-
     path: Path
     label: str  # that tells it from the other files
     series: dict[str, Series]

@@ -13,12 +13,10 @@ from .panels import heading, kind_of
 from .points import envelope
 from .series import Series, SeriesFile
 
-WINDOWS = ("hann", "flattop", "blackmanharris", "boxcar")
 UNEVEN = 0.01  # share of the mean distance by which samples may lie off an even grid
 FEWEST = 16
 FLOOR = 1e-6  # of the largest amplitude: what lies below is not shown
 MARGIN = 0.01  # of the frequencies on either side, where the lines next to zero are not on the axis
-DEFAULT_UNITS = ("N·m", "A")
 
 
 @dataclass(frozen=True)

@@ -15,8 +15,6 @@ REFERENCE, REQUESTED = "#d95f02", "#7f7f7f"
 
 @dataclass(frozen=True)
 class Style:
-    """Colour and dash of a line."""
-
     colour: str
     dash: int = SOLID
 

@@ -45,8 +45,6 @@ class Edge:
 
 @dataclass
 class Level:
-    """A signal is above or below a level."""
-
     signal: str
     level: float
     above: bool = True

@@ -9,11 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import EndedError, UserError
-from ..program_arguments import parser_of
+from ..program_arguments import parser_of, positive_seconds
 from ..recording import formats
 from ..recording.live import LiveDrive
 from ..recording.topics import STATE, WAVEFORM
-from ..seconds import positive_seconds
 from . import files, quantities
 from .capture import Capture
 from .scope import MODES, Scope, Settings
@@ -71,8 +70,6 @@ def settings_of(options: argparse.Namespace) -> Settings:
 
 
 class Watch:
-    """A scope on the waveform of one drive."""
-
     def __init__(self, options: argparse.Namespace) -> None:
         self._scope = Scope(settings_of(options))
         self._count = options.count or (1 if options.mode == "single" else None)

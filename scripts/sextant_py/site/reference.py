@@ -16,7 +16,6 @@ _SENTENCE = re.compile(
 
 
 def cell(text: object) -> str:
-    """A text of a table's cell."""
     return str(text).replace("|", "\\|").replace("\n", " ").strip()
 
 
@@ -71,7 +70,6 @@ def telemetry_page() -> str:
 
 
 def commands_page() -> str:
-    """The help of every command of the Python package."""
     parts = ["# Commands\n\n`sextant NAME` where the Python package is installed, `scripts/NAME` in a checkout.\n"]
     for name in COMMANDS:
         words = [sys.executable, "-m", "sextant_py", name, "--help"]
