@@ -7,6 +7,9 @@
 #include "sextant/core/nonblocking.hpp"
 #include "sextant/core/space_vector.hpp"
 #include "sextant/plant/back_emf.hpp"
+#include "sextant/plant/flux_pair.hpp"
+#include "sextant/plant/inverse_inductance.hpp"
+#include "sextant/plant/machine_evaluation.hpp"
 #include "sextant/plant/plant_machine.hpp"
 
 namespace example {
@@ -23,64 +26,43 @@ class PmMachine {
 
   explicit PmMachine(const PmParameters<T>& p) noexcept : p_{p} {}
 
-  [[nodiscard]] Vector stator_current(Vector psi_s, Vector psi_r) const noexcept SEXTANT_NONBLOCKING {
-    const Vector d = sextant::direction(psi_r);
+  [[nodiscard]] sextant::MachineEvaluation<T> evaluate(const sextant::FluxPair<T>& psi, Vector u_s,
+                                                       T omega_m) const noexcept SEXTANT_NONBLOCKING {
+    const Vector d = sextant::direction(psi.r);
+    const T psi_m = sextant::magnitude(psi.r);
     const T saliency = T(1) / p_.l_q - T(1) / p_.l_d;
-    return (T(1) / p_.l_q) * psi_s - (saliency * dot(psi_s, d) + sextant::magnitude(psi_r) / p_.l_d) * d;
+    const Vector i_s = (T(1) / p_.l_q) * psi.s - (saliency * dot(psi.s, d) + psi_m / p_.l_d) * d;
+    sextant::MachineEvaluation<T> e;
+    e.i_s = i_s;
+    e.tau_e = T(1.5) * pole_pairs() * cross(psi.s, i_s);
+    e.stator_loss = T(1.5) * p_.r_s * dot(i_s, i_s);
+    e.field_energy = T(0.75) * dot(psi.s - psi.r, i_s);  // of the currents, 3/4 (L_d i_d² + L_q i_q²)
+    e.dpsi = {u_s - p_.r_s * i_s, (pole_pairs() * omega_m) * rotate_90(psi.r)};
+    return e;
   }
-  [[nodiscard]] Vector rotor_current(Vector, Vector) const noexcept SEXTANT_NONBLOCKING { return {}; }
+  /// At constant current the flux turns with d,
+  ///   e = (L_d − L_q) ((i_s · d′) d + (i_s · d) d′) + psi_m d′,   d′ = dpsi_r/dt / psi_m
+  /// Along d the inverse inductance is 1/L_d, larger than 1/L_q by the square of the axis.
+  [[nodiscard]] sextant::BackEmf<T> emf(const sextant::FluxPair<T>& psi,
+                                        const sextant::MachineEvaluation<T>& at) const noexcept
+      SEXTANT_NONBLOCKING {
+    const Vector d = sextant::direction(psi.r);
+    const Vector turn = (T(1) / p_.psi_m) * at.dpsi.r;
+    const Vector e = (p_.l_d - p_.l_q) * (dot(at.i_s, turn) * d + dot(at.i_s, d) * turn) + at.dpsi.r;
+    return {e, p_.r_s * at.i_s, std::sqrt(p_.l_q / p_.l_d - T(1)) * d};
+  }
   /// psi_s = L_q i_s + ((L_d − L_q) i_d + psi_m) d
   [[nodiscard]] Vector stator_flux(Vector i_s, Vector psi_r) const noexcept SEXTANT_NONBLOCKING {
     const Vector d = sextant::direction(psi_r);
     return p_.l_q * i_s + ((p_.l_d - p_.l_q) * dot(i_s, d) + sextant::magnitude(psi_r)) * d;
   }
-  [[nodiscard]] Vector stator_flux_derivative(Vector u_s, Vector i_s) const noexcept SEXTANT_NONBLOCKING {
-    return u_s - p_.r_s * i_s;
-  }
-  [[nodiscard]] Vector rotor_flux_derivative(Vector, Vector psi_r,
-                                             T omega_m) const noexcept SEXTANT_NONBLOCKING {
-    return (pole_pairs() * omega_m) * rotate_90(psi_r);
-  }
-  /// At constant current the flux turns with d, which is the direction of psi_s − L_q i_s:
-  ///   e = (L_d − L_q) ((i_s · d′) d + (i_s · d) d′) + psi_m d′,   d′ = dpsi_r/dt / psi_m
-  /// Along d the inverse inductance is 1/L_d, larger than 1/L_q by the square of the axis.
-  [[nodiscard]] sextant::BackEmf<T> emf(Vector dpsi_r, Vector psi_s, Vector,
-                                        Vector i_s) const noexcept SEXTANT_NONBLOCKING {
-    const Vector d = sextant::direction(psi_s - p_.l_q * i_s);
-    const Vector turn = (T(1) / p_.psi_m) * dpsi_r;
-    const Vector e = (p_.l_d - p_.l_q) * (dot(i_s, turn) * d + dot(i_s, d) * turn) + dpsi_r;
-    return {e, p_.r_s * i_s, std::sqrt(p_.l_q / p_.l_d - T(1)) * d};
-  }
-  [[nodiscard]] T torque(Vector psi_s, Vector i_s) const noexcept SEXTANT_NONBLOCKING {
-    return T(1.5) * pole_pairs() * cross(psi_s, i_s);
-  }
-  /// Of the currents, 3/4 (L_d i_d² + L_q i_q²). [J]
-  [[nodiscard]] T magnetic_energy(Vector psi_s, Vector psi_r) const noexcept SEXTANT_NONBLOCKING {
-    const Vector i_s = stator_current(psi_s, psi_r);
-    return T(0.75) * dot(psi_s - psi_r, i_s);
-  }
-
-  [[nodiscard]] bool is_linear() const noexcept SEXTANT_NONBLOCKING { return false; }
-  [[nodiscard]] bool has_iron_loss() const noexcept SEXTANT_NONBLOCKING { return false; }
-  struct IronBranch {
-    Vector i_r{};
-    T torque{};
-    T power{};
-  };
-  [[nodiscard]] IronBranch iron_branch(Vector, Vector, T) const noexcept SEXTANT_NONBLOCKING { return {}; }
   /// The largest of any direction.
-  struct InverseInductance {
-    T across{};
-    T added_along{};
-  };
-  [[nodiscard]] InverseInductance inverse_inductance(Vector, Vector) const noexcept SEXTANT_NONBLOCKING {
-    return {T(1) / p_.l_d, T(0)};
+  [[nodiscard]] sextant::InverseInductance<T> inverse_inductance(Vector,
+                                                                 Vector) const noexcept SEXTANT_NONBLOCKING {
+    return {T(1) / p_.l_d, T(0), {}};
   }
   [[nodiscard]] T damping(Vector, Vector) const noexcept SEXTANT_NONBLOCKING { return p_.r_s / p_.l_d; }
   [[nodiscard]] T largest_inductance() const noexcept SEXTANT_NONBLOCKING { return p_.l_q; }
-  [[nodiscard]] sextant::ElectricalRates<T> electrical_rates() const noexcept SEXTANT_NONBLOCKING {
-    return {};
-  }
   [[nodiscard]] T pole_pairs() const noexcept SEXTANT_NONBLOCKING { return T(p_.pole_pairs); }
   [[nodiscard]] T stator_resistance() const noexcept SEXTANT_NONBLOCKING { return p_.r_s; }
   /// Of magnets and saliency, while the stator flux is no larger than that of the magnets.

@@ -98,7 +98,7 @@ constexpr ConductionDrops<double> drops{.threshold_voltage = 1.2, .slope_resista
 Plant plant_of(const ConductionDrops<double>& of) {
   DrivePlantParameters<double> parameters{};
   parameters.drops = of;
-  return Plant{parameters, Meter{parameters.machine.r_s + of.slope_resistance, parameters.machine.r_r}};
+  return Plant{parameters, Meter{}};
 }
 
 struct Contestant {

@@ -50,7 +50,7 @@ std::vector<Named> all_integrators() {
 }
 
 Plant plant_with(const Parameters& link, double voltage, const DrivePlantParameters<>& p = {}) {
-  const Meter meter{p.machine.r_s + p.drops.slope_resistance, p.machine.r_r};
+  const Meter meter{};
   return Plant{p, {Link{link, p.machine.sigma_l_s(), voltage}, meter}};
 }
 
@@ -424,7 +424,7 @@ TEST(DcLink, RippleIsTheIntegralOfTheLegsCurrents) {
 // Behind next to no resistance the link is stiff.
 TEST(DcLink, BehindALowResistanceItIsTheStiffLink) {
   const DrivePlantParameters<> p;
-  Stiff stiff{p, Meter{p.machine.r_s, p.machine.r_r}};
+  Stiff stiff{p, Meter{}};
   Plant linked = plant_with({1.0, 1e-5}, u_0);
   FixedStepIntegrator<Stiff> a;
   FixedStepIntegrator<Plant> b;

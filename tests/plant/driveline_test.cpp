@@ -59,8 +59,7 @@ std::vector<Named<P>> all_integrators() {
 }
 
 Plant plant_with(const Parameters& shaft, const DrivePlantParameters<>& p = {}, const RoadLoad<>& road = {}) {
-  return Plant{
-      p, {Shaft{shaft, p.machine.inertia, p.viscous_friction, road}, Meter{p.machine.r_s, p.machine.r_r}}};
+  return Plant{p, {Shaft{shaft, p.machine.inertia, p.viscous_friction, road}, Meter{}}};
 }
 
 const Shaft& shaft_of(const Plant& plant) {
@@ -370,7 +369,7 @@ TEST(Driveline, AStiffShaftIsOneMass) {
     p.stiffness = stiffness;
     p.damping = 0.02 * std::sqrt(stiffness / mobility(p));
     Plant plant = plant_with(p);
-    Rigid rigid{one, Meter{one.machine.r_s, one.machine.r_r}};
+    Rigid rigid{one, Meter{}};
     FixedStepIntegrator<Plant> a;
     FixedStepIntegrator<Rigid> b;
     const auto sequence = switching_sequence(4000, 4);
@@ -460,7 +459,7 @@ TEST(Driveline, StandsBesideALink) {
   using Both = DrivePlant<double, AppendedPair<AppendedPair<Link, Shaft>, Meter>>;
   using Linked = DrivePlant<double, AppendedPair<Link, Meter>>;
   const DrivePlantParameters<> defaults;
-  const Meter meter{defaults.machine.r_s, defaults.machine.r_r};
+  const Meter meter{};
   const Parameters p{0.05, 1e3, 0.5, 0.02};
   const Shaft shaft{p, defaults.machine.inertia, 0};
   const auto link = [&](double capacitance, double resistance) {

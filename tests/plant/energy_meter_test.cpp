@@ -18,7 +18,7 @@ using Plant = DrivePlant<double, Meter>;
 
 Plant metered_plant() {
   const DrivePlantParameters<double> parameters{};
-  return Plant{parameters, Meter{parameters.machine.r_s, parameters.machine.r_r}};
+  return Plant{parameters, Meter{}};
 }
 
 void expect_balance(const Plant& plant, double initial_magnetic, double relative) {

@@ -45,7 +45,7 @@ std::vector<Contestant> contestants() {
 
 Plant start() {
   const DrivePlantParameters<double> parameters{};
-  return Plant{parameters, Meter{parameters.machine.r_s, parameters.machine.r_r}};
+  return Plant{parameters, Meter{}};
 }
 
 /// Driven, then gates off, driven again, one leg open, gates off at a speed at which the machine rectifies.

@@ -42,7 +42,7 @@ DrivePlantParameters<> parameters_with(const Parameters& iron_loss,
   return p;
 }
 Plant plant_of(const DrivePlantParameters<>& p) {
-  return Plant{p, Meter{p.machine.r_s + p.drops.slope_resistance, p.machine.r_r}};
+  return Plant{p, Meter{}};
 }
 Plant plant_with(const Parameters& iron_loss) {
   return plant_of(parameters_with(iron_loss));
@@ -292,7 +292,7 @@ TEST(IronLoss, JacobianIsFiniteWithoutFlux) {
 }
 
 TEST(IronLoss, WithoutItTheMachineIsTheLinearOne) {
-  Plant linear{DrivePlantParameters<>{}, Meter{0.435, 0.816}};
+  Plant linear{DrivePlantParameters<>{}, Meter{}};
   Plant off = plant_with({0.0, 0.0, 100.0});
   Plant far = plant_with({1e9, 1e9, fifty_hz});
   EXPECT_TRUE(off.machine().is_linear());
@@ -317,7 +317,7 @@ struct FourEnergies {
     meter.derivative(plant, std::array<double, 5>{}, all);
     std::copy_n(all.begin(), 4, power.begin());
   }
-  Meter meter{0.435, 0.816};
+  Meter meter{};
 };
 
 // A machine without iron loss moves in the steps that it has without an energy of the iron.

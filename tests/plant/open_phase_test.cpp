@@ -52,7 +52,7 @@ std::vector<Named> all_integrators() {
 /// At an imposed speed with flux along psi and no current.
 Plant spinning(double omega_m, SpaceVector<double> psi_r) {
   const DrivePlantParameters<double> p{};
-  Plant plant{p, Meter{p.machine.r_s, p.machine.r_r}};
+  Plant plant{p, Meter{}};
   plant.set_inputs({switch_states[0], u_dc, 0.0, true, 0.0});
   plant.set_fluxes(plant.machine().stator_flux({}, psi_r), psi_r);
   plant.set_speed(omega_m);

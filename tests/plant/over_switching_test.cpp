@@ -94,7 +94,7 @@ DrivePlantParameters<double> small_machine() {
 }
 
 Plant start(const DrivePlantParameters<double>& p) {
-  Plant plant{p, Meter{p.machine.r_s, p.machine.r_r}};
+  Plant plant{p, Meter{}};
   plant.set_inputs({switch_states[0], u_dc, 0.5, false, 0.0});
   return plant;
 }

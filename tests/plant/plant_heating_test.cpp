@@ -25,7 +25,7 @@ using Meter = EnergyMeter<double>;
 using Plant = DrivePlant<double, Meter>;
 
 Plant metered(const DrivePlantParameters<>& p) {
-  return Plant{p, Meter{p.machine.r_s + p.drops.slope_resistance, p.machine.r_r}};
+  return Plant{p, Meter{}};
 }
 
 double energy(const Plant& plant, Meter::Index index) {
@@ -274,7 +274,7 @@ TEST(PlantHeating, ReachesTheMeterBehindALink) {
   using Linked = DrivePlant<double, AppendedPair<DcLink<double>, Meter>>;
   const DrivePlantParameters<> p;
   const DcLinkParameters<> link{1e-3, 0.2};
-  Linked plant{p, {DcLink<double>{link, p.machine.sigma_l_s(), 530}, Meter{p.machine.r_s, p.machine.r_r}}};
+  Linked plant{p, {DcLink<double>{link, p.machine.sigma_l_s(), 530}, Meter{}}};
   plant.set_resistances(2 * p.machine.r_s, 3 * p.machine.r_r);
   plant.set_fluxes({1.0, 0.3}, {0.9, 0.1});
   Linked::State dx;

@@ -47,7 +47,7 @@ struct Case {
   [[nodiscard]] Machine machine() const { return Machine{{}, law, {}, points, leakage}; }
   [[nodiscard]] Plant plant() const {
     const DrivePlantParameters<> p = parameters();
-    return Plant{p, Meter{p.machine.r_s, p.machine.r_r}};
+    return Plant{p, Meter{}};
   }
   /// Of the Γ circuit, as law, published interpolation or machine have it. [A]
   [[nodiscard]] double magnetising_current(double psi) const {

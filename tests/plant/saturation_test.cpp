@@ -25,7 +25,7 @@ using Parameters = SaturationParameters<>;
 Plant plant_with(const Parameters& saturation) {
   DrivePlantParameters<> p;
   p.saturation = saturation;
-  return Plant{p, Meter{p.machine.r_s, p.machine.r_r}};
+  return Plant{p, Meter{}};
 }
 
 /// The law as it is published. [A]
@@ -214,7 +214,7 @@ TEST_F(RandomMachines, InverseInductanceIsTheSlopeOfTheCurrent) {
 }
 
 TEST(Saturation, WithoutItTheMachineIsTheLinearOne) {
-  Plant linear{DrivePlantParameters<>{}, Meter{0.435, 0.816}};
+  Plant linear{DrivePlantParameters<>{}, Meter{}};
   Plant off = plant_with({0.0, 9, 1.0});
   Plant far = plant_with({1e6, 7, 0.0});
   EXPECT_TRUE(off.machine().is_linear());

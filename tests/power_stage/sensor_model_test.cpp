@@ -14,13 +14,13 @@
 
 #include <gtest/gtest.h>
 
+#include "run/drive_rig.hpp"
 #include "sextant/plant/cvode_integrator.hpp"
 #include "sextant/plant/erk_integrator.hpp"
 #include "sextant/plant/exact_integrator.hpp"
 #include "sextant/plant/fixed_step_integrator.hpp"
-#include "sextant/run/mil_runner.hpp"
 #include "sextant/power_stage/simulated_drive_io.hpp"
-#include "run/drive_rig.hpp"
+#include "sextant/run/mil_runner.hpp"
 
 namespace sextant {
 namespace {
@@ -37,8 +37,7 @@ class Bench {
  public:
   explicit Bench(const Io::Parameters& parameters)
       : load_{{.imposed_speed = ProfileParameters{.value = 60.0}}},
-        plant_{DrivePlantParameters<double>{},
-               EnergyMeter<double>{InductionMachineParameters<>{}.r_s, InductionMachineParameters<>{}.r_r}},
+        plant_{DrivePlantParameters<double>{}, EnergyMeter<double>{}},
         io_{parameters, plant_, integrator_, load_} {
     EXPECT_EQ(parameters.validate(), nullptr);
     plant_.set_fluxes({0.6, 0.0}, {0.55, 0.0});
@@ -354,7 +353,7 @@ TEST(PlantFaults, TheSpeedIsLostFrozenOrJumps) {
 TEST(PlantFaults, AFrozenSpeedDoesNotFollowTheShaft) {
   MechanicalLoad load{{.imposed_speed = ProfileParameters{.shape = ProfileShape::linear,
                                                           .points = {{0.0, 0.0}, {1.0, 1000.0}}}}};
-  Plant plant{DrivePlantParameters<double>{}, EnergyMeter<double>{1, 1}};
+  Plant plant{DrivePlantParameters<double>{}, EnergyMeter<double>{}};
   FixedStepIntegrator<Plant> integrator;
   Io io{with({.kind = PlantFaultKind::speed_frozen, .at_ns = at_ns}), plant, integrator, load};
   for (std::int64_t t = 0; t <= end_ns; t += period_ns) {
@@ -400,7 +399,7 @@ TEST(PlantFaults, TheSagActsAtItsInstant) {
   const auto flux_at_end = [](const PlantFaultParameters& fault) {
     MechanicalLoad load{{.imposed_speed = ProfileParameters{}}};
     DrivePlantParameters<double> p;
-    Plant plant{p, EnergyMeter<double>{1, 1}};
+    Plant plant{p, EnergyMeter<double>{}};
     FixedStepIntegrator<Plant> integrator;
     Io io{with(fault), plant, integrator, load};
     static_cast<void>(io.read(0));
@@ -439,7 +438,7 @@ TEST(PlantFaults, SwappedCablesMirrorTheMachine) {
       Io::Parameters p;
       p.fault = {.kind = kind, .phase = phase};
       MechanicalLoad load{{.imposed_speed = ProfileParameters{.value = omega_m}}};
-      Plant plant{DrivePlantParameters<double>{}, EnergyMeter<double>{1, 1}};
+      Plant plant{DrivePlantParameters<double>{}, EnergyMeter<double>{}};
       ExactIntegrator<Plant> integrator;
       Io io{p, plant, integrator, load};
       Measurement<double> m;
@@ -481,7 +480,7 @@ TEST(PlantFaults, CountFromTheLoadsOrigin) {
   Io::Parameters p = with({.kind = PlantFaultKind::speed_lost, .at_ns = 100'000});
   p.load_origin_ns.reset();
   MechanicalLoad load{{.imposed_speed = ProfileParameters{.value = 10.0}}};
-  Plant plant{DrivePlantParameters<double>{}, EnergyMeter<double>{1, 1}};
+  Plant plant{DrivePlantParameters<double>{}, EnergyMeter<double>{}};
   FixedStepIntegrator<Plant> integrator;
   Io io{p, plant, integrator, load};
   for (std::int64_t k = 0; k < 10; ++k)

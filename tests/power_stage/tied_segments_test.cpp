@@ -72,10 +72,10 @@ GatePattern pulses(double share, double angle, std::int32_t period_ns, std::mt19
 class CountingMachine : public InductionMachine<double> {
  public:
   using InductionMachine<double>::InductionMachine;
-  [[nodiscard]] SpaceVector<> rotor_flux_derivative(SpaceVector<> i_r, SpaceVector<> psi_r,
-                                                    double omega_m) const noexcept {
+  [[nodiscard]] MachineEvaluation<> evaluate(const FluxPair<>& psi, SpaceVector<> u_s,
+                                             double omega_m) const noexcept {
     ++evaluations;
-    return InductionMachine<double>::rotor_flux_derivative(i_r, psi_r, omega_m);
+    return InductionMachine<double>::evaluate(psi, u_s, omega_m);
   }
   static inline std::int64_t evaluations{0};
 };
@@ -94,7 +94,7 @@ Course run(const Effects& effects, PlantIntegrator<Plant>& integrator, double fr
   const DrivePlantParameters<double> parameters = plant_with(effects);
   const InductionMachineParameters<double>& m = parameters.machine;
   using Meter = EnergyMeter<double>;
-  Plant plant{parameters, Meter{m.r_s + parameters.drops.slope_resistance, m.r_r}};
+  Plant plant{parameters, Meter{}};
   const double omega_m = (frequency - 5.0) / m.pole_pairs;
   const MechanicalLoad load{{.imposed_speed = ProfileParameters{.value = omega_m}}};
   SimulatedDriveIoParameters io{.period_ns = effects.period_ns, .u_dc = u_dc};
@@ -178,7 +178,7 @@ TEST(TiedSegments, TakeFewerEvaluationsThanStopsAtEachEdge) {
 /// A plant with these phase currents and no rotor current, at standstill.
 Plant with_currents(const Effects& effects, const ThreePhase<>& i) {
   const DrivePlantParameters<double> parameters = plant_with(effects);
-  Plant plant{parameters, EnergyMeter<double>{parameters.machine.r_s, parameters.machine.r_r}};
+  Plant plant{parameters, EnergyMeter<double>{}};
   PlantInputs<double> inputs;
   inputs.u_dc = u_dc;
   inputs.imposed_speed = true;

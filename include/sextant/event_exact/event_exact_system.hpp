@@ -1,10 +1,10 @@
 #pragma once
 
+#include "sextant/event_exact/continuous_comparators.hpp"
+#include "sextant/event_exact/continuous_estimator.hpp"
 #include "sextant/plant/appended_pair.hpp"
 #include "sextant/plant/drive_plant.hpp"
 #include "sextant/plant/energy_meter.hpp"
-#include "sextant/event_exact/continuous_comparators.hpp"
-#include "sextant/event_exact/continuous_estimator.hpp"
 
 namespace sextant {
 
@@ -31,11 +31,10 @@ class EventExactSystem {
 
   EventExactSystem(const DrivePlantParameters<>& plant, const DirectTorqueController<>::Parameters& control,
                    double sector_mask) noexcept
-      : plant_{plant,
-               {ContinuousEstimator{control.machine.r_s},
-                EnergyMeter<double>{plant.machine.r_s, plant.machine.r_r}}},
+      : plant_{plant, {ContinuousEstimator{control.machine.r_s}, EnergyMeter<double>{}}},
         comparators_{control, sector_mask},
-        torque_gain_{1.5 * control.machine.pole_pairs} {}
+        torque_gain_{1.5 * control.machine.pole_pairs},
+        rotor_share_{plant.machine.l_m / plant.machine.l_s()} {}
 
   void derivative(const State& x, State& dx) const noexcept { plant_.derivative(x, dx); }
   void jacobian(const State& x, Jacobian& j) const noexcept { plant_.jacobian(x, j); }
@@ -75,10 +74,9 @@ class EventExactSystem {
 
   /// Magnetised at standstill by direct current along phase a: i_s = ψ_s/L_s, ψ_r = L_m i_s. [Wb]
   void magnetise(double psi_s) noexcept {
-    const InductionMachineParameters<>& m = plant_.machine().parameters();
     State x = plant_.state();
     x[Plant::psi_s_alpha] = psi_s;
-    x[Plant::psi_r_alpha] = m.l_m / m.l_s() * psi_s;
+    x[Plant::psi_r_alpha] = rotor_share_ * psi_s;
     x[psi_alpha] = psi_s;
     plant_.set_state(x);
   }
@@ -98,16 +96,15 @@ class EventExactSystem {
 
  private:
   [[nodiscard]] ContinuousComparators::Inputs compared(const State& x) const noexcept {
-    const SpaceVector<> flux_s{x[Plant::psi_s_alpha], x[Plant::psi_s_beta]};
-    const SpaceVector<> flux_r{x[Plant::psi_r_alpha], x[Plant::psi_r_beta]};
     const SpaceVector<> estimate{x[psi_alpha], x[psi_beta]};
-    const SpaceVector<> i_s = plant_.machine().stator_current(flux_s, flux_r);
+    const SpaceVector<> i_s = plant_.stator_current(x);
     return {estimate, estimated_torque(estimate, i_s), x[torque_reference]};
   }
 
   Plant plant_;
   ContinuousComparators comparators_;
   double torque_gain_;  ///< 3/2 p̂ [-]
+  double rotor_share_;  ///< L_m/L_s [-]
 };
 
 }  // namespace sextant

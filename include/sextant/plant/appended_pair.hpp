@@ -35,14 +35,6 @@ struct AppendedPair {
     second.derivative(plant, y.template last<tail>(), dy.template last<tail>());
   }
 
-  /// Of those that have them in their equations. [Ω]
-  constexpr void set_resistances(T r_s, T r_r) noexcept SEXTANT_NONBLOCKING
-    requires(has_resistances<First> || has_resistances<Second>)
-  {
-    if constexpr (has_resistances<First>) first.set_resistances(r_s, r_r);
-    if constexpr (has_resistances<Second>) second.set_resistances(r_s, r_r);
-  }
-
   // The rest is as `FeedbackSystem` has it.
   constexpr void begin(std::span<T, std::size_t(size)> y, T omega_m) const noexcept SEXTANT_NONBLOCKING {
     if constexpr (sextant::feeds_back<First>) first.begin(y.template first<head>(), omega_m);

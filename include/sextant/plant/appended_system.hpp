@@ -6,26 +6,23 @@
 
 #include "sextant/core/nonblocking.hpp"
 #include "sextant/core/space_vector.hpp"
+#include "sextant/plant/machine_evaluation.hpp"
 #include "sextant/plant/plant_inputs.hpp"
 
 namespace sextant {
 
-/// The drive plant's quantities at one instant, for an appended system. Stationary frame,
-/// amplitude-invariant; currents positive into the machine.
+/// The drive plant's quantities at one instant, for an appended system: those of the machine
+/// (`MachineQuantities`) and what is around it. Stationary frame, amplitude-invariant.
 template <class T = double>
-struct PlantQuantities {
+struct PlantQuantities : MachineQuantities<T> {
   SpaceVector<T> psi_s{};  ///< stator flux linkage [Wb]
   SpaceVector<T> psi_r{};  ///< rotor flux linkage, referred to the stator [Wb]
-  SpaceVector<T> i_s{};    ///< stator current [A]
-  SpaceVector<T> i_r{};    ///< rotor current, referred to the stator [A]
   SpaceVector<T> u_s{};    ///< stator voltage, in front of the inverter's slope resistance [V]
   T u_dc{};                ///< DC-link voltage [V]
   T i_dc{};                ///< current drawn from the DC link [A]
-  T tau_e{};               ///< electromagnetic torque [N·m]
   T tau_l{};               ///< load torque, opposing positive rotation [N·m]
   T omega_m{};             ///< mechanical speed [rad/s]
   T theta_m{};             ///< mechanical angle, not wrapped [rad]
-  T iron_loss{};           ///< of the machine [W]
   T threshold_loss{};      ///< what the thresholds of the inverter's switches and diodes take [W]
   T u_given{};             ///< link voltage of the plant's inputs: u_dc, or that of a `DcLink`'s source [V]
   T tau_given{};           ///< load torque of the plant's inputs: tau_l, or that behind a `Driveline` [N·m]
@@ -117,11 +114,6 @@ inline constexpr bool last_is_uncontrolled = [] {
   else
     return false;
 }();
-
-/// True for an appended system that has the machine's resistances in its equations, as an energy meter has:
-/// `set_resistances(r_s, r_r)` replaces them. [Ω]
-template <class A>
-inline constexpr bool has_resistances = requires(A& a) { a.set_resistances(1.0F, 1.0F); };
 
 /// The appended system that is none.
 template <class T = double>

@@ -28,6 +28,12 @@ struct DrivePlantParameters {
   MagnetisingPoints<T> points{};         ///< of the machine's main flux, in the place of `saturation`
   LeakageSaturation<T> leakage{};        ///< of the machine's leakage flux; none by default
 
+  /// The machine with the inverter's slope resistance in series to that of its stator.
+  [[nodiscard]] constexpr InductionMachineParameters<T> machine_in_series() const noexcept {
+    InductionMachineParameters<T> m = machine;
+    m.r_s += drops.slope_resistance;
+    return m;
+  }
   /// Whether main flux or leakage saturate.
   [[nodiscard]] bool saturates() const noexcept {
     return saturation.acts() || points.acts() || leakage.acts();

@@ -6,16 +6,10 @@
 
 #include "sextant/core/nonblocking.hpp"
 #include "sextant/core/space_vector.hpp"
-#include "sextant/plant/induction_machine.hpp"
+#include "sextant/plant/electrical_rates.hpp"
+#include "sextant/plant/flux_pair.hpp"
 
 namespace sextant {
-
-/// Stator and rotor flux linkage, or their derivatives, stationary frame.
-template <class T = double>
-struct FluxPair {
-  SpaceVector<T> s{};
-  SpaceVector<T> r{};
-};
 
 /// How the fluxes of the machine move over a time h at constant speed and constant stator voltage. Written as
 /// complex numbers they obey dx/dt = A x + b with a constant 2 x 2 matrix A, so that

@@ -10,14 +10,15 @@ namespace sextant {
 
 /// Energies that have crossed the boundaries of the drive, appended to the plant and integrated with it:
 ///   dE_dc/dt = u_dc i_dc
-///   dE_cs/dt = 3/2 R_s |i_s|² + P_t,   dE_cr/dt = 3/2 R_r |i_r|²
-///   dE_m/dt  = tau_e omega_m,   dE_fe/dt = P_fe
-/// P_t is what the thresholds of the inverter's switches and diodes take (`ConductionDrops`); R_s has their
-/// slope resistance in it, and P_fe is the iron loss (`IronLoss`). None of them is there by default. With the
-/// magnetic energy W of `InductionMachine::magnetic_energy` they balance:
+///   dE_cs/dt = stator_loss + P_t,   dE_cr/dt = rotor_loss
+///   dE_m/dt  = tau_e omega_m,       dE_fe/dt = iron_loss
+/// by the losses that the machine has at each instant (`MachineQuantities`). P_t is what the thresholds of
+/// the inverter's switches and diodes take (`ConductionDrops`); their slope resistance is in the stator loss.
+/// None of them is there by default. With the magnetic energy W, `MachineEvaluation::field_energy`, they
+/// balance:
 ///   E_dc = E_cs + E_cr + E_fe + E_m + W(t) − W(0)
-/// Integrators with error control follow E_fe without a say of its own error: P_fe is a small and smooth part
-/// of what the other integrals are made of.
+/// Integrators with error control follow E_fe without a say of its own error: its power is a small and smooth
+/// part of what the other integrals are made of.
 template <class T = double>
 class EnergyMeter {
  public:
@@ -32,28 +33,15 @@ class EnergyMeter {
     iron = 4            ///< lost in the iron [J]
   };
 
-  /// Resistances of the plant's machine, that of the stator with the inverter's slope resistance. [Ω]
-  constexpr EnergyMeter(T r_s, T r_r) noexcept : r_s_{r_s}, r_r_{r_r} {}
-
-  /// Replaces them; what has been lost stays. [Ω]
-  constexpr void set_resistances(T r_s, T r_r) noexcept SEXTANT_NONBLOCKING {
-    r_s_ = r_s;
-    r_r_ = r_r;
-  }
-
   /// Powers as above. [W]
   constexpr void derivative(const PlantQuantities<T>& plant, std::span<const T, 5>,
                             std::span<T, 5> power) const noexcept SEXTANT_NONBLOCKING {
     power[dc_link] = plant.u_dc * plant.i_dc;
-    power[stator_copper] = T(1.5) * r_s_ * dot(plant.i_s, plant.i_s) + plant.threshold_loss;
-    power[rotor_copper] = T(1.5) * r_r_ * dot(plant.i_r, plant.i_r);
+    power[stator_copper] = plant.stator_loss + plant.threshold_loss;
+    power[rotor_copper] = plant.rotor_loss;
     power[mechanical] = plant.tau_e * plant.omega_m;
     power[iron] = plant.iron_loss;
   }
-
- private:
-  T r_s_;  ///< [Ω]
-  T r_r_;  ///< [Ω]
 };
 
 }  // namespace sextant

@@ -62,7 +62,7 @@ class ExactIntegrator final : public PlantIntegrator<Plant> {
 
   [[nodiscard]] bool advance(Plant& plant, std::int64_t duration_ns) noexcept SEXTANT_NONBLOCKING override {
     if (duration_ns <= 0) return true;
-    if (plant.has_events()) return plant.machine().is_linear() && legs_off_.advance(plant, duration_ns);
+    if (plant.has_events()) return plant.is_linear() && legs_off_.advance(plant, duration_ns);
     const T total = T(duration_ns) * T(1e-9);
     const std::int64_t steps = steps_for(plant, duration_ns, total);
     if (steps == 0) return false;
@@ -93,7 +93,7 @@ class ExactIntegrator final : public PlantIntegrator<Plant> {
   }
 
   [[gnu::flatten]] bool advance_smoothly(Plant& plant, T h, std::int64_t steps) noexcept SEXTANT_NONBLOCKING {
-    if (!plant.machine().is_linear()) return false;
+    if (!plant.is_linear()) return false;
     State x = plant.state();
     for (std::int64_t n = 0; n < steps; ++n) x = step(plant, x, h);
     if (!x.allFinite()) return false;
@@ -130,8 +130,8 @@ class ExactIntegrator final : public PlantIntegrator<Plant> {
   /// x becomes the state at the end of the step as far as the fluxes go; k0 is the slope at its beginning.
   void move_fluxes(const Plant& plant, const State& k0, T curvature, T h,
                    State& x) noexcept SEXTANT_NONBLOCKING {
-    const T p = T(plant.machine().parameters().pole_pairs);
-    const ElectricalRates<T> rates = plant.machine().electrical_rates();
+    const T p = plant.machine().pole_pairs();
+    const ElectricalRates<T> rates = plant.electrical_rates();
     const T acceleration = k0[Plant::omega];
     const T rise = h * (half * acceleration + sixth * h * curvature);
     prepare(rates, p * (x[Plant::omega] + rise), h);

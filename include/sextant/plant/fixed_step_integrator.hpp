@@ -78,18 +78,18 @@ class FixedStepIntegrator final : public PlantIntegrator<Plant> {
     if (steps == 0) return false;
     const T h = steps == 1 ? total : total / T(steps);
     if (plant.has_events())
-      return plant.machine().is_linear() ? advance_through_events<true>(plant, h, steps)
-                                         : advance_through_events<false>(plant, h, steps);
-    return plant.machine().is_linear() ? advance_smoothly<true>(plant, h, steps)
-                                       : advance_smoothly<false>(plant, h, steps);
+      return plant.is_linear() ? advance_through_events<true>(plant, h, steps)
+                               : advance_through_events<false>(plant, h, steps);
+    return plant.is_linear() ? advance_smoothly<true>(plant, h, steps)
+                             : advance_smoothly<false>(plant, h, steps);
   }
 
   [[nodiscard]] bool advance_through(Plant& plant, std::span<const GateSegment> segments,
                                      std::span<State> corners) noexcept SEXTANT_NONBLOCKING override {
     if constexpr (Plant::appends_integrals) {
       if (segments.size() > 1 && goes_on_ && plant.is_driven_by(segments))
-        return plant.machine().is_linear() ? advance_over_corners<true>(plant, segments, corners)
-                                           : advance_over_corners<false>(plant, segments, corners);
+        return plant.is_linear() ? advance_over_corners<true>(plant, segments, corners)
+                                 : advance_over_corners<false>(plant, segments, corners);
     }
     return PlantIntegrator<Plant>::advance_through(plant, segments, corners);
   }
@@ -97,8 +97,8 @@ class FixedStepIntegrator final : public PlantIntegrator<Plant> {
   [[nodiscard]] bool advance_tied(Plant& plant, std::span<const GateSegment> segments,
                                   std::span<State> corners) noexcept SEXTANT_NONBLOCKING override {
     if constexpr (Plant::appends_integrals)
-      return plant.machine().is_linear() ? advance_over_corners<true, true>(plant, segments, corners)
-                                         : advance_over_corners<false, true>(plant, segments, corners);
+      return plant.is_linear() ? advance_over_corners<true, true>(plant, segments, corners)
+                               : advance_over_corners<false, true>(plant, segments, corners);
     return false;
   }
   [[nodiscard]] bool ties() const noexcept SEXTANT_NONBLOCKING override {
@@ -142,7 +142,7 @@ class FixedStepIntegrator final : public PlantIntegrator<Plant> {
   template <bool is_linear>
   [[gnu::flatten]] static bool advance_smoothly(Plant& plant, T h,
                                                 std::int64_t steps) noexcept SEXTANT_NONBLOCKING {
-    if (plant.machine().is_linear() != is_linear) return false;
+    if (plant.is_linear() != is_linear) return false;
     const auto slope = [&plant](T, const State& x, State& dx) noexcept { plant.driven_derivative(x, dx); };
     State x = plant.state();
     State k1;
@@ -161,7 +161,7 @@ class FixedStepIntegrator final : public PlantIntegrator<Plant> {
                                              std::span<State> corners) const noexcept SEXTANT_NONBLOCKING
     requires(Plant::appends_integrals)
   {
-    if (plant.machine().is_linear() != is_linear) return false;
+    if (plant.is_linear() != is_linear) return false;
     const VoltageIntegral<T> voltage{segments, plant.inputs().u_dc,
                                      may_lose ? plant.threshold_voltage() : SpaceVector<T>{}};
     const T total = voltage.duration();
@@ -231,7 +231,7 @@ class FixedStepIntegrator final : public PlantIntegrator<Plant> {
   [[gnu::flatten]] static std::int64_t steps_without_events(const Plant& plant, State& x, T h,
                                                             std::int64_t steps) noexcept SEXTANT_NONBLOCKING {
     constexpr T clear = T(0.25);
-    if (plant.machine().is_linear() != is_linear) return 0;
+    if (plant.is_linear() != is_linear) return 0;
     const auto slope = [&plant](T, const State& y, State& dy) noexcept { plant.fixed_derivative(y, dy); };
     typename Plant::Events at_begin, at_middle, at_end;
     plant.fixed_events(x, at_begin);

@@ -62,6 +62,12 @@ class IronLoss {
     return (eddy_ + holding / driving) / (T(1) + eddy_);
   }
 
+  /// dpsi_r/dt = (1 − s) f. [V]
+  [[nodiscard]] SpaceVector<T> shortened(SpaceVector<T> f,
+                                         SpaceVector<T> psi_r) const noexcept SEXTANT_NONBLOCKING {
+    return (T(1) - share(f, psi_r)) * f;
+  }
+
   /// Slopes of dpsi_r/dt: by f along and across f, and, along f, by the magnitude of psi_r.
   struct Slopes {
     T along{};    ///< [-]

@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "sextant/core/nonblocking.hpp"
-#include "sextant/plant/appended_system.hpp"
+#include "sextant/plant/appended_pair.hpp"
 #include "sextant/plant/drive_plant_parameters.hpp"
 #include "sextant/plant/energy_meter.hpp"
 #include "sextant/plant/thermal_network.hpp"
@@ -39,7 +39,7 @@ class PlantHeating {
         r_s_{plant_parameters.machine.r_s},
         r_r_{plant_parameters.machine.r_r},
         viscous_friction_{plant_parameters.viscous_friction} {
-    static_assert(has_resistances<typename Plant::AppendedType>, "the plant needs an energy meter");
+    static_assert(has_part<EnergyMeter<T>, typename Plant::AppendedType>, "the plant needs an energy meter");
     set_resistances(plant);
     read_meter(plant);
   }
@@ -85,7 +85,7 @@ class PlantHeating {
     const auto gone = [this, &plant](int index) noexcept SEXTANT_NONBLOCKING {
       return plant.state()[meter + index] - meter_[std::size_t(index)];
     };
-    const T r_s_and_slope = plant.machine().parameters().r_s;
+    const T r_s_and_slope = plant.machine().stator_resistance();
     const T winding_share = (r_s_and_slope - plant.drops().slope_resistance) / r_s_and_slope;
     return {winding_share * (gone(EnergyMeter<T>::stator_copper) - threshold_),
             gone(EnergyMeter<T>::rotor_copper), gone(EnergyMeter<T>::iron) + friction_};

@@ -2,7 +2,7 @@
 
 #include "sextant/core/nonblocking.hpp"
 #include "sextant/core/space_vector.hpp"
-#include "sextant/plant/induction_machine.hpp"
+#include "sextant/plant/electrical_rates.hpp"
 
 namespace sextant {
 
@@ -25,8 +25,7 @@ class SmoothState {
   using T = typename Plant::Scalar;
   using MachineState = typename Plant::MachineState;
 
-  explicit SmoothState(const Plant& plant) noexcept SEXTANT_NONBLOCKING
-      : rates_{plant.machine().electrical_rates()} {}
+  explicit SmoothState(const Plant& plant) noexcept SEXTANT_NONBLOCKING : rates_{plant.electrical_rates()} {}
 
   /// The state of the machine whose smooth state is x.
   [[nodiscard]] MachineState machine(const MachineState& x,

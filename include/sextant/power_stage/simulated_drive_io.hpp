@@ -257,7 +257,8 @@ class SimulatedDriveIo final : public FaultableDriveIo {
  private:
   static constexpr std::int64_t never_ns = std::numeric_limits<std::int64_t>::max();
   /// The plant has an energy meter.
-  static constexpr bool can_heat = has_resistances<typename Plant::AppendedType>;
+  static constexpr bool can_heat =
+      has_part<EnergyMeter<typename Plant::Scalar>, typename Plant::AppendedType>;
   static constexpr bool has_driveline = has_part<Driveline<double>, typename Plant::AppendedType>;
 
   [[nodiscard]] Driveline<double>::Values driveline_states() const noexcept SEXTANT_NONBLOCKING
@@ -281,9 +282,7 @@ class SimulatedDriveIo final : public FaultableDriveIo {
       if (losses_ == nullptr || failed_) [[likely]]
         return;
       const auto currents = [this](std::size_t instant) noexcept {
-        const typename Plant::State& x = log_.instants()[instant];
-        return inverse_clarke(plant_.machine().stator_current({x[Plant::psi_s_alpha], x[Plant::psi_s_beta]},
-                                                              {x[Plant::psi_r_alpha], x[Plant::psi_r_beta]}));
+        return inverse_clarke(plant_.stator_current(log_.instants()[instant]));
       };
       losses_->begin(link_voltage());
       for (const ActedSegment& segment : log_.segments())

@@ -129,7 +129,7 @@ class BasicSimulatedPowerStage {
   /// Null where there is none.
   static std::unique_ptr<PlantHeating<Plant>> make_heating(const Parameters& parameters, Plant& plant) {
     if (!parameters.thermal.acts()) return {};
-    if constexpr (has_resistances<Appended>)
+    if constexpr (has_part<EnergyMeter<double>, Appended>)
       return std::make_unique<PlantHeating<Plant>>(parameters.plant, parameters.thermal, plant);
     else
       throw std::runtime_error("this power stage has no energy meter: a thermal network needs a metered one");
@@ -138,7 +138,7 @@ class BasicSimulatedPowerStage {
   /// Null where there are none.
   static std::unique_ptr<InverterLosses> make_losses(const Parameters& parameters) {
     if (!parameters.losses.acts()) return {};
-    if constexpr (has_resistances<Appended> && Log::wants_corners)
+    if constexpr (has_part<EnergyMeter<double>, Appended> && Log::wants_corners)
       return std::make_unique<InverterLosses>(parameters.losses, parameters.plant.drops);
     else
       throw std::runtime_error(
@@ -148,10 +148,8 @@ class BasicSimulatedPowerStage {
   template <class System>
   static System make_appended(const Parameters& p) {
     const InductionMachineParameters<double>& m = p.plant.machine;
-    if constexpr (std::same_as<System, NoAppendedSystem<double>>)
+    if constexpr (std::same_as<System, NoAppendedSystem<double>> || std::same_as<System, EnergyMeter<double>>)
       return {};
-    else if constexpr (std::same_as<System, EnergyMeter<double>>)
-      return {m.r_s + p.plant.drops.slope_resistance, m.r_r};
     else if constexpr (std::same_as<System, DcLink<double>>)
       return {p.link, m.sigma_l_s(), p.link.initial_voltage.value_or(p.io.u_dc), p.io.u_dc};
     else if constexpr (std::same_as<System, Driveline<double>>)

@@ -8,8 +8,8 @@
 #include "sextant/plant/dc_link.hpp"
 #include "sextant/plant/driveline.hpp"
 #include "sextant/plant/energy_meter.hpp"
-#include "sextant/run/metrics_sample.hpp"
 #include "sextant/recording/trace_row.hpp"
+#include "sextant/run/metrics_sample.hpp"
 
 namespace sextant {
 
@@ -20,12 +20,12 @@ class PlantLook {
   template <class Plant>
   PlantLook(const Plant& plant, const typename Plant::State& x, int meter) noexcept
       : PlantLook{plant.quantities_at(x), plant.drops()} {
-    energies = {
-        .link = x[meter + int(EnergyMeter<>::dc_link)],
-        .copper = x[meter + int(EnergyMeter<>::stator_copper)] + x[meter + int(EnergyMeter<>::rotor_copper)],
-        .shaft = x[meter + int(EnergyMeter<>::mechanical)],
-        .field = plant.machine().magnetic_energy(psi_s, psi_r),
-        .iron = x[meter + int(EnergyMeter<>::iron)]};
+    energies.link = x[meter + int(EnergyMeter<>::dc_link)];
+    energies.copper =
+        x[meter + int(EnergyMeter<>::stator_copper)] + x[meter + int(EnergyMeter<>::rotor_copper)];
+    energies.shaft = x[meter + int(EnergyMeter<>::mechanical)];
+    energies.field = plant.evaluate(x).field_energy;
+    energies.iron = x[meter + int(EnergyMeter<>::iron)];
     using Link = DcLink<>;
     using Shaft = Driveline<>;
     if constexpr (has_part<Link, typename Plant::AppendedType>) {
