@@ -276,11 +276,11 @@ int run_replay(const Options& options) {
 /// Throws where the plant is not the simulated one of this process, which takes faults.
 void require_simulated_plants(const sextant::DrivesConfig& config) {
   for (const sextant::EcuConfig& drive : config.drives) {
-    if (drive.power_stage == sextant::PowerStageKind::simulated) continue;
+    if (drive.power_stage_kind() == sextant::PowerStageKind::simulated) continue;
     throw std::runtime_error{
-        drive.power_stage == sextant::PowerStageKind::own
+        drive.power_stage_kind() == sextant::PowerStageKind::own
             ? "--fault-socket needs the simulated plant: leave it out with power_stage = \"" +
-                  drive.own_name + "\""
+                  drive.power_stage + "\""
             : "--fault-socket: the plant is in another process; give the option to its sextant-plant"};
   }
 }

@@ -72,7 +72,7 @@ void LiveDrive::warn_of_unbounded_execution() const {
   const EcuConfig& config = unit_.config();
   const IntegratorKind kind = config.drive.plant.integrator;
   const bool unbounded = kind == IntegratorKind::cvode || kind == IntegratorKind::erk;
-  if (config.power_stage != PowerStageKind::simulated || config.realtime.wake_every_periods > 1 ||
+  if (config.power_stage_kind() != PowerStageKind::simulated || config.realtime.wake_every_periods > 1 ||
       !unbounded) {
     return;
   }

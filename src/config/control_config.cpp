@@ -2,9 +2,6 @@
 #include <functional>
 #include <limits>
 #include <string>
-#include <string_view>
-#include <utility>
-#include <vector>
 
 #include "drive_sections.hpp"
 #include "sextant/drive/resolved.hpp"
@@ -29,31 +26,12 @@ void resolve(DriveConfig& c) {
 
 }  // namespace
 
-void describe_other_machine(Section s, MachineConfig& other, const MachineConfig& machine,
-                            const std::string& unset, const std::function<MachineCircuit()>& circuit) {
-  describe_changes(s, other, unset, circuit);
-  s.check([&other, &machine]() -> std::string {
-    const bool known = machine.reactance_frequency_hz || other.reactance_frequency_hz;
-    if (known || !other.has_reactance()) return {};
-    return "reactance_frequency_hz is missing, which the reactances need";
-  });
-}
-
 /// What every control method shares, and the table of each.
 void describe_control(Section s, DriveConfig& c) {
-  s.section("machine_estimate").section("saturation").check_basis("", [&c]() -> std::string {
-    const char* const problem = c.setup.basis.saturation.validate();
-    return problem != nullptr ? problem : "";
+  s.section("machine_estimate").section("saturation").check_basis("", [&c] {
+    return sentence(c.setup.basis.saturation.validate());
   });
-  std::vector<std::string> names;
-  std::string meaning = "control method";
-  for (const auto& method : c.methods) {
-    names.emplace_back(method->name());
-    meaning += "; " + names.back() + ": " + method->meaning();
-  }
-  s.add("controller", "", meaning.c_str(),
-        ChoiceField{std::move(names), [&c] { return c.controller; },
-                    [&c](std::string_view name) { c.controller = name; }});
+  describe_choice(s, "controller", c.controller, {}, "control method", c.methods);
   double& flux = c.setup.basis.flux_reference;
   s.defaulted_by(
       "flux_reference_wb", flux, [&c, &flux] { flux = default_flux(c); },
@@ -98,9 +76,9 @@ void describe_control(Section s, DriveConfig& c) {
     of_method.change_at_least(Changes::when_ready);
     of_method.optional([&c, name = method->name()] { return c.controller == name; });
   }
-  Section estimate = s.section("machine_estimate");
-  describe_other_machine(estimate, c.machine_estimate, c.machine, "that of [machine]",
-                         [&c] { return c.machine_circuit(); });
+  Section estimate = s.section_or_file("machine_estimate");
+  describe_changes(estimate, c.machine_estimate, c.machine, "that of [machine]",
+                   [&c] { return c.machine_circuit(); });
   Section saturation = estimate.section("saturation");
   describe(saturation, c.setup.basis.saturation);
   estimate.change_at_least(Changes::when_ready);

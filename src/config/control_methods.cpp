@@ -1,14 +1,15 @@
 #include "sextant/config/control_methods.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <set>
 #include <stdexcept>
 #include <string>
 #include <utility>
+#include <vector>
 
-#include "bare_key.hpp"
+#include "drive_sections.hpp"
 #include "number_text.hpp"
+#include "own_names.hpp"
 #include "sextant/recording/trace_recorder.hpp"
 
 namespace sextant {
@@ -17,11 +18,6 @@ namespace {
 template <class... C>
 ControlMethods methods_of(std::tuple<C...>* /*list*/) {
   return {control_method<C>()...};
-}
-
-bool is_shared_key(const std::string& name) {
-  return name == "controller" || name == "flux_estimator" || name == "adapts_parameters" ||
-         name == "flux_reference_wb" || name == "machine_estimate";
 }
 
 /// Each channel needs a dataset of its own in the group `control` of a trace.
@@ -61,26 +57,19 @@ ControlMethods control_methods() {
 }
 
 ControlMethods with_own(ControlMethods methods, const ControlMethods& own) {
+  if (own.empty()) return methods;
+  DriveConfig config;
+  config.methods.clear();
+  Schema schema;
+  describe_control(Section{schema}, config);
+  std::vector<std::string> taken = names_in(schema, "");
+  for (const auto& method : methods) taken.emplace_back(method->name());
   for (const auto& method : own) {
-    const std::string name = method->name();
-    const bool taken =
-        std::any_of(methods.begin(), methods.end(), [&name](const auto& m) { return m->name() == name; });
-    if (taken || is_shared_key(name) || !is_bare_key(name)) {
-      throw std::invalid_argument("the control method \"" + name +
-                                  "\" needs another name, of letters, digits, _ and -, that no other method "
-                                  "and no key of [control] has");
-    }
+    take_name(taken, method->name(), "control method", "no other method and no key of [control]");
     check_channels(*method);
     methods.push_back(method);
   }
   return methods;
-}
-
-ControlMethods untouched(const ControlMethods& methods) {
-  ControlMethods fresh;
-  fresh.reserve(methods.size());
-  for (const auto& method : methods) fresh.emplace_back(method->untouched());
-  return fresh;
 }
 
 }  // namespace sextant

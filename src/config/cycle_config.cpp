@@ -70,7 +70,7 @@ std::string CycleConfig::validate() const {
 
 void describe(const Section& root, CycleConfig& p, const std::function<double()>& torque_of_drive) {
   describe_cycle(root.section("cycle"), p);
-  describe_parameters(root.section("vehicle"), p.vehicle);
+  describe_parameters(root.section_or_file("vehicle"), p.vehicle);
   describe(root.section("driver"), p.driver, torque_of_drive);
 }
 

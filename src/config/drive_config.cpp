@@ -4,9 +4,7 @@
 #include <cmath>
 #include <memory>
 #include <numbers>
-#include <stdexcept>
 #include <string>
-#include <string_view>
 #include <utility>
 
 #include "drive_sections.hpp"
@@ -32,8 +30,8 @@ void share(DriveConfig& c) {
 void describe_torque_monitor(Section s, DriveConfig& c) {
   describe(s, c.setup.torque_monitor, c.drive.torque_monitor);
   Section machine = s.section("machine");
-  describe_other_machine(machine, c.monitored_machine, c.machine, "that of the controller",
-                         [&c] { return c.estimate_circuit(); });
+  describe_changes(machine, c.monitored_machine, c.machine, "that of the controller",
+                   [&c] { return c.estimate_circuit(); });
   machine.change_at_least(Changes::when_ready);
   s.check(c.drive.torque_monitor);
 }
@@ -42,10 +40,7 @@ void describe_torque_monitor(Section s, DriveConfig& c) {
 void describe_inverter(Section s, DriveConfig& c) {
   const InverterModel<>::Parameters& resolved = c.control.inverter;
   describe(s, c.setup.basis.inverter, c.setup.voltage_error, resolved);
-  s.check_basis("", [&c, &resolved]() -> std::string {
-    const char* const problem = resolved.validate(c.drive.period_ns);
-    return problem != nullptr ? problem : "";
-  });
+  s.check_basis("", [&c, &resolved] { return sentence(resolved.validate(c.drive.period_ns)); });
 }
 
 /// Empty where a converter's largest reading is above its trip level, else a sentence.
@@ -168,13 +163,6 @@ std::string validate_sin_cos(const DriveConfig& c) {
 
 }  // namespace
 
-const ControlMethod& DriveConfig::method(std::string_view name) const {
-  for (const auto& known : methods) {
-    if (known->name() == name) return *known;
-  }
-  throw std::logic_error("there is no control method \"" + std::string{name} + "\"");
-}
-
 std::string validate_imposed_speed(const DriveConfig& c, const ProfileParameters& speed,
                                    std::int64_t duration_ns) {
   if (!speed.validate().empty()) return {};
@@ -183,16 +171,6 @@ std::string validate_imposed_speed(const DriveConfig& c, const ProfileParameters
   if (!(most > trip)) return {};
   return "the speed reaches " + number_text(most) + " rad/s, above protection.over_speed_rad_s, " +
          number_text(trip) + " rad/s: the drive would trip; lower the speed or raise the trip level";
-}
-
-std::string validate_free_shaft(const SimulatedPowerStage::Parameters& plant, bool imposes_speed) {
-  if (!imposes_speed) return {};
-  if (plant.plant.initial.speed != 0.0)
-    return "an imposed speed is that of the shaft from the beginning: plant.initial_speed_rad_s must be 0, "
-           "or the load a torque";
-  if (!plant.driveline.acts()) return {};
-  return "an imposed speed turns the motor whatever its load does: plant.driveline.inertia_kg_m2 must be 0, "
-         "or the load a torque";
 }
 
 void check_simulated_plant(const Section& root, const DriveConfig& c, std::function<bool()> counts) {
@@ -212,10 +190,10 @@ void check_simulated_plant(const Section& root, const DriveConfig& c, std::funct
 }
 
 void describe(Section root, DriveConfig& c) {
-  describe(root.section("machine"), c.machine);
+  describe(root.section_or_file("machine"), c.machine);
   root.derive([&c] { share(c); });
   Section drive = root.section("drive");
-  describe_inverter(drive.section("inverter"), c);
+  describe_inverter(drive.section_or_file("inverter"), c);
 
   describe_control(root.section("control"), c);
   describe_parameters(root.section("command"), c.setup.command, c.drive.command);
@@ -250,7 +228,7 @@ void describe(Section root, DriveConfig& c) {
     return "the temperature of the winding is not known without plant.thermal.winding_j_per_k and the others";
   });
   plant.flag("measures_angle", c.plant.io.measures_angle, "the simulated measurement has the rotor's angle");
-  describe(plant, c.plant, c.drive.sampling_lead_ns);
+  describe_plant(root, c.plant, c.load, c.drive.sampling_lead_ns);
   drive.check([&c]() -> std::string {
     // The parts' own checks run where they are described.
     const Drive<>::Parameters& p = c.drive;
@@ -261,8 +239,7 @@ void describe(Section root, DriveConfig& c) {
     if (!(p.motor.capability.current_limit < p.protection.over_current)) {
       return "current_limit_a must be below protection.over_current_a";
     }
-    const char* const problem = p.validate();
-    return problem != nullptr ? problem : "";
+    return sentence(p.validate());
   });
   root.section("capability").check([&c]() -> std::string {
     if (!(c.drive.motor.capability.voltage_use > 1) || c.method().make()->reaches_six_step()) return {};
@@ -270,12 +247,6 @@ void describe(Section root, DriveConfig& c) {
            c.controller + "\" is not: choose one, or voltage_use of 1 at most";
   });
   root.section("capability").check([&c] { return validate_bands(c); });
-  check_plant(root.section("machine"), c.plant.plant);
-  plant.check(c.plant.io);
-  Section load = root.section("load");
-  describe(load, c.load);
-  load.section("kind").check(
-      [&c] { return validate_free_shaft(c.plant, c.load.kind == LoadConfig::Kind::imposed_speed); });
 }
 
 }  // namespace sextant

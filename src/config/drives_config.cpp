@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <string>
+#include <utility>
 
 namespace sextant {
 namespace {
@@ -22,9 +23,9 @@ std::string shared_key(const DrivesConfig& config, std::size_t first, std::size_
   if (a.realtime.cpu >= 0 && a.realtime.cpu == b.realtime.cpu)
     return the_same("realtime.cpu", first, last) + ": give each control thread its own";
   if (a.power_stage != b.power_stage) return {};
-  if (a.power_stage == PowerStageKind::shared_memory && a.hil.link == b.hil.link)
+  if (a.power_stage_kind() == PowerStageKind::shared_memory && a.hil.link == b.hil.link)
     return the_same("hil.link", first, last) + ": give each drive a plant of its own";
-  if (a.power_stage == PowerStageKind::udp && a.hil.udp_listen == b.hil.udp_listen)
+  if (a.power_stage_kind() == PowerStageKind::udp && a.hil.udp_listen == b.hil.udp_listen)
     return the_same("hil.udp_listen", first, last) + ": give each drive a plant of its own";
   return {};
 }
@@ -56,6 +57,7 @@ void describe(Section root, DrivesConfig& config) {
       {{"others_go_on", OnFault::others_go_on}, {"all_shut_down", OnFault::all_shut_down}},
       "what the fault of a drive means for the other drives of the process: nothing, or that every drive "
       "ramps its torque to zero and the process ends");
+  root.list<EcuConfig>("drive", config.drives, [](Section s, EcuConfig& c) { describe(std::move(s), c); });
 }
 
 std::string check_last_drive(const DrivesConfig& config) {

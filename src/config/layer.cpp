@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 
 #include "number_text.hpp"
+#include "own_names.hpp"
 #include "sextant/files/text_lines.hpp"
 
 namespace sextant {
@@ -30,17 +31,9 @@ std::string file_text(const std::string& file) {
   return std::move(text).str();
 }
 
-constexpr std::string_view word_marks = "_-./:+~";
-
+/// A value that needs no quotes after --set.
 bool is_bare_word(std::string_view value) {
-  return !value.empty() && std::all_of(value.begin(), value.end(), [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-           word_marks.find(c) != std::string_view::npos;
-  });
-}
-
-bool is_dotted_key(std::string_view key) {
-  return is_bare_word(key) && key.find_first_of("/:+~") == std::string_view::npos;
+  return value.find_first_not_of(std::string{bare_key} + "./:+~") == std::string_view::npos;
 }
 
 /// Refuses a file that is not there, at the place that names it.
@@ -94,32 +87,10 @@ std::string Layer::resolved(const std::string& path) const {
   return (std::filesystem::path{file}.parent_path() / path).lexically_normal().string();
 }
 
-namespace {
-
-/// One part of a dotted path; `name[k]` is item k of a list.
-const toml::node* child(const toml::node& node, std::string_view part) {
-  const toml::table* table = node.as_table();
-  if (table == nullptr) return nullptr;
-  const std::size_t bracket = part.find('[');
-  const toml::node* found = table->get(part.substr(0, bracket));
-  if (bracket == std::string_view::npos || found == nullptr) return found;
-  const toml::array* list = found->as_array();
-  return list == nullptr ? nullptr : list->get(std::stoul(std::string{part.substr(bracket + 1)}));
-}
-
-}  // namespace
-
 const toml::node* Layer::find(std::string_view path) const {
   if (!prefix.empty() && path != prefix && !path.starts_with(prefix + ".")) return nullptr;
   const std::string local = local_path(path);
-  const toml::node* node = &table;
-  for (std::size_t begin = 0; begin < local.size();) {
-    const std::size_t end = std::min(local.find('.', begin), local.size());
-    node = child(*node, std::string_view{local}.substr(begin, end - begin));
-    if (node == nullptr) return nullptr;
-    begin = end + 1;
-  }
-  return node;
+  return local.empty() ? &table : table.at_path(local).node();
 }
 
 ConfigProblem Layer::problem(const toml::node* node, std::string_view path, std::string message) const {
@@ -143,7 +114,8 @@ Layer text_layer(const std::string& text, const std::string& file, const std::st
 Layer override_layer(const std::string& text) {
   const std::size_t equals = text.find('=');
   const std::string key = text.substr(0, text.find_last_not_of(' ', equals == 0 ? 0 : equals - 1) + 1);
-  if (equals == std::string::npos || equals + 1 == text.size() || !is_dotted_key(key)) {
+  if (equals == std::string::npos || equals + 1 == text.size() || key.empty() ||
+      key.find_first_not_of(std::string{bare_key} + ".") != std::string::npos) {
     refuse("--set", 0, "", "expected key=value with a dotted key, got \"" + text + "\"");
   }
   const std::string value = text.substr(equals + 1);

@@ -1,11 +1,8 @@
 #include "sextant/config/load_config.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <cstdint>
-#include <span>
-#include <sstream>
 #include <string>
 #include <utility>
 
@@ -25,12 +22,6 @@ Schema schema_of(Config& config) {
   return schema;
 }
 
-/// Sections that a file of their own may hold; those of every configuration with a drive come first.
-constexpr std::array scenario_sections{"machine", "plant.inverter.losses", "drive.inverter",
-                                       "control.machine_estimate", "vehicle"};
-constexpr std::span<const char* const> drive_sections = std::span{scenario_sections}.first(4);
-constexpr std::span<const char* const> plant_sections = std::span{scenario_sections}.first(2);
-
 constexpr const char* drive_tables = "drive";  // the list in a file of several drives
 
 void require_one_drive(const Layer& file) {
@@ -42,15 +33,15 @@ void require_one_drive(const Layer& file) {
 
 /// Reads into a configuration that has its control methods.
 template <class Config>
-Config load(Layer file, const std::vector<std::string>& overrides,
-            std::span<const char* const> sections_with_file, Config config) {
+Config load(Layer file, const std::vector<std::string>& overrides, Config config) {
   std::vector<Layer> layers;
   layers.push_back(std::move(file));
   insert_base_layers(layers);
   for (const Layer& layer : layers) require_one_drive(layer);
   for (const std::string& text : overrides) layers.push_back(override_layer(text));
-  for (const char* const section : sections_with_file) insert_section_layer(layers, section);
-  read(schema_of(config), layers);
+  const Schema schema = schema_of(config);
+  for (const std::string& table : schema.files) insert_section_layer(layers, table);
+  read(schema, layers);
   return config;
 }
 
@@ -64,7 +55,7 @@ Config with_methods(const ControlMethods& own) {
 EcuConfig load_ecu(Layer layer, const std::vector<std::string>& overrides, const EcuExtensions& own) {
   auto config = with_methods<EcuConfig>(own.methods);
   config.own_power_stages = checked(own.power_stages);
-  return load(std::move(layer), overrides, drive_sections, std::move(config));
+  return load(std::move(layer), overrides, std::move(config));
 }
 
 /// The keys of a file of several drives that count for the process: those of the file without its drives, and
@@ -124,25 +115,23 @@ void require_drives(const std::vector<DriveOverride>& overrides, const DrivesCon
   }
 }
 
+/// Of the same kind, before a file has been read.
 template <class Config>
-std::string printed(Config config) {
-  Config defaults;
-  if constexpr (requires { config.drive.methods; }) defaults.drive.methods = untouched(config.drive.methods);
+Config untouched_config(const Config& config) {
+  Config fresh;
+  if constexpr (requires { config.drive.methods; }) fresh.drive.methods = untouched(config.drive.methods);
   if constexpr (requires { config.own_power_stages; })
-    defaults.own_power_stages = untouched(config.own_power_stages);
-  return print(schema_of(config), schema_of(defaults));
+    fresh.own_power_stages = untouched(config.own_power_stages);
+  if constexpr (requires { config.drives; }) {
+    for (const EcuConfig& drive : config.drives) fresh.drives.push_back(untouched_config(drive));
+  }
+  return fresh;
 }
 
-/// The configuration of a drive as its table in a file of several.
-std::string as_drive_table(const std::string& printed_config) {
-  std::string text = "[[drive]]\n";
-  std::istringstream lines{printed_config};
-  for (std::string line; std::getline(lines, line);) {
-    const std::size_t name = line.starts_with("[[") ? 2 : 1;
-    if (line.starts_with('[')) line.insert(name, std::string{drive_tables} + ".");
-    text += line + "\n";
-  }
-  return text;
+template <class Config>
+std::string printed(Config config) {
+  Config defaults = untouched_config(config);
+  return print(schema_of(config), schema_of(defaults));
 }
 
 template <class Config>
@@ -190,12 +179,12 @@ DrivesConfig load_drives_config(const std::string& file, const std::vector<std::
 }
 
 PlantConfig load_plant_config(const std::string& file, const std::vector<std::string>& overrides) {
-  return load(read_layer(file), overrides, plant_sections, PlantConfig{});
+  return load(read_layer(file), overrides, PlantConfig{});
 }
 
 ScenarioConfig load_scenario_config(const std::string& file, const std::vector<std::string>& overrides,
                                     const ControlMethods& own) {
-  return load(read_layer(file), overrides, scenario_sections, with_methods<ScenarioConfig>(own));
+  return load(read_layer(file), overrides, with_methods<ScenarioConfig>(own));
 }
 
 std::string print_config(const EcuConfig& config) {
@@ -203,11 +192,8 @@ std::string print_config(const EcuConfig& config) {
 }
 std::string print_config(const DrivesConfig& config) {
   if (config.drives.size() == 1) return print_config(config.drives.front());
-  std::string text = printed(config);
-  for (const EcuConfig& drive : config.drives) text += "\n" + as_drive_table(print_config(drive));
-  return text;
+  return printed(config);
 }
-
 std::string print_config(const PlantConfig& config) {
   return printed(config);
 }

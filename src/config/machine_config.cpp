@@ -1,11 +1,11 @@
 #include "sextant/config/machine_config.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <functional>
 #include <numbers>
 #include <string>
-#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -14,47 +14,23 @@
 namespace sextant {
 namespace {
 
-constexpr std::array circuits{MachineCircuit::t, MachineCircuit::gamma, MachineCircuit::inverse_gamma};
+constexpr std::array circuits{Choice{"T", MachineCircuit::t}, Choice{"gamma", MachineCircuit::gamma},
+                              Choice{"inverse_gamma", MachineCircuit::inverse_gamma}};
 
-std::string name_of(MachineCircuit circuit) {
-  switch (circuit) {
-    case MachineCircuit::gamma:
-      return "gamma";
-    case MachineCircuit::inverse_gamma:
-      return "inverse_gamma";
-    case MachineCircuit::t:
-      break;
-  }
-  return "T";
+const char* name_of(MachineCircuit circuit) {
+  return std::ranges::find(circuits, circuit, &Choice<MachineCircuit>::value)->name;
 }
 
 /// A machine's table while it is described.
 struct MachineKeys {
   Section& s;
   MachineConfig& c;
-  std::string otherwise;  ///< what a text says of a key that is not set; empty where all must be set
+  const MachineConfig& complete;  ///< whose reactances' frequency is that of these too
+  std::string otherwise;          ///< what a text says of a key that is not set; empty where all must be set
   std::function<MachineCircuit()> circuit;  ///< in force
 
   [[nodiscard]] bool must_be_complete() const { return otherwise.empty(); }
 };
-
-void describe_circuit(const MachineKeys& k, const std::function<std::string()>& shown) {
-  std::vector<std::string> names;
-  names.reserve(circuits.size());
-  for (const MachineCircuit circuit : circuits) names.push_back(name_of(circuit));
-  const auto set = [&c = k.c](std::string_view name) {
-    for (const MachineCircuit circuit : circuits) {
-      if (name == name_of(circuit)) c.circuit = circuit;
-    }
-  };
-  k.s.add(
-      "circuit", "",
-      ("equivalent circuit whose inductances and rotor resistance the keys are; gamma, inverse_gamma: all "
-       "leakage, l_sigma_h, on the rotor's, on the stator's side" +
-       k.otherwise)
-          .c_str(),
-      ChoiceField{std::move(names), shown, set});
-}
 
 /// A number that is an inductance of some circuits only.
 void check_circuit(const MachineKeys& k, const std::string& key, const std::optional<double>& x,
@@ -74,13 +50,12 @@ void inductance(const MachineKeys& k, const std::string& x_key, std::optional<do
                 const std::function<bool(MachineCircuit)>& has) {
   const auto either = [&s = k.s](const std::string& key, std::optional<double>& given,
                                  std::optional<double>& other, const Quantity& q) {
-    s.add(key, q.unit, q.meaning,
-          NumberField{{q.min, q.max},
-                      [&given] { return given; },
-                      [&given, &other](double value) {
-                        given = value;
-                        other.reset();
-                      }});
+    s.add(key, q.unit, q.meaning, NumberKind{{q.min, q.max}},
+          {[&given] { return given; },
+           [&given, &other](const Value& value) {
+             given = std::get<double>(value);
+             other.reset();
+           }});
   };
   either(x_key, x, l, {"ohm", 1e-6, 1e5, (name + " reactance" + k.otherwise).c_str()});
   either(l_key, l, x,
@@ -103,8 +78,7 @@ void describe_inductances(const MachineKeys& k) {
   inductance(k, "x_m_ohm", c.x_m_ohm, "l_m_h", c.l_m_h, "magnetising", in_all);
 }
 
-/// shown: the circuit as the printer shows it.
-void describe_keys(const MachineKeys& k, const std::function<std::string()>& shown) {
+void describe_keys(const MachineKeys& k) {
   const auto number = [&k](const char* key, std::optional<double>& x, const char* unit, Range<double> range,
                            const char* meaning) {
     k.s.number(key, x, {unit, range.min, range.max, (meaning + k.otherwise).c_str()});
@@ -115,20 +89,27 @@ void describe_keys(const MachineKeys& k, const std::function<std::string()>& sho
   MachineConfig& c = k.c;
   number("r_s_ohm", c.r_s_ohm, "ohm", {1e-6, 1e4}, "stator resistance");
   needed();
-  describe_circuit(k, shown);
+  k.s.choice(
+      "circuit", c.circuit, circuits,
+      "equivalent circuit whose inductances and rotor resistance the keys are; gamma, inverse_gamma: all "
+      "leakage, l_sigma_h, on the rotor's, on the stator's side" +
+          k.otherwise,
+      k.must_be_complete() ? name_of(MachineCircuit::t) : nullptr);
   number("r_r_ohm", c.r_r_ohm, "ohm", {1e-6, 1e4}, "rotor resistance, referred to the stator");
   needed();
   describe_inductances(k);
   number("reactance_frequency_hz", c.reactance_frequency_hz, "Hz", {1e-2, 1e4},
          "frequency at which the reactances hold");
-  k.s.add("poles", "", ("number of poles, twice the pole pairs" + k.otherwise).c_str(),
-          IntegerField{{2, 200},
-                       [&c]() -> std::optional<std::int64_t> { return c.poles; },
-                       [&c](std::int64_t x) { c.poles = int(x); }});
+  k.s.add("poles", "", "number of poles, twice the pole pairs" + k.otherwise, IntegerKind{{2, 200}},
+          {[&c] { return c.poles; }, [&c](const Value& x) { c.poles = int(std::get<std::int64_t>(x)); }});
   needed();
   number("inertia_kg_m2", c.inertia_kg_m2, "kg·m²", {1e-9, 1e5}, "inertia of rotor and shaft");
   needed();
   k.s.check(c);
+  k.s.check([&c, &complete = k.complete]() -> std::string {
+    if (!c.has_reactance() || c.reactance_frequency_hz || complete.reactance_frequency_hz) return {};
+    return "reactance_frequency_hz is missing, which the reactances need";
+  });
 }
 
 /// L_m by the sum of the leakage inductances. Published machines have 6 to 30; outside of this range by far
@@ -182,20 +163,16 @@ std::string MachineConfig::validate() const {
 
 void describe(Section s, MachineConfig& c) {
   const auto circuit = [&c] { return c.circuit.value_or(MachineCircuit::t); };
-  const MachineKeys keys{s, c, "", circuit};
-  describe_keys(keys, [circuit] { return name_of(circuit()); });
-  s.check([&c]() -> std::string {
-    if (!c.has_reactance() || c.reactance_frequency_hz) return {};
-    return "reactance_frequency_hz is missing, which the reactances need";
-  });
+  const MachineKeys keys{s, c, c, "", circuit};
+  describe_keys(keys);
   s.check_basis("", [&c] { return inductance_problem(c); });
 }
 
-void describe_changes(Section s, MachineConfig& c, const std::string& unset,
+void describe_changes(Section s, MachineConfig& c, const MachineConfig& machine, const std::string& unset,
                       const std::function<MachineCircuit()>& circuit) {
-  const MachineKeys keys{s, c, "; not set: " + unset,
+  const MachineKeys keys{s, c, machine, "; not set: " + unset,
                          [&c, circuit] { return c.circuit ? *c.circuit : circuit(); }};
-  describe_keys(keys, [&c] { return c.circuit ? name_of(*c.circuit) : std::string{}; });
+  describe_keys(keys);
 }
 
 InductionMachineParameters<> apply(const MachineConfig& c, InductionMachineParameters<> machine,

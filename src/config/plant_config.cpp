@@ -34,8 +34,7 @@ std::string check_pacing(const PlantConfig& c) {
 /// A plant in lockstep waits for its drive, not for a deadline.
 std::string check_wake_period(const PlantConfig& c) {
   if (c.hil.pacing == Pacing::lockstep) return {};
-  const char* const problem = c.realtime.validate(c.period_ns);
-  return problem == nullptr ? "" : problem;
+  return sentence(c.realtime.validate(c.period_ns));
 }
 
 }  // namespace
@@ -47,16 +46,10 @@ void describe(Section root, PlantConfig& c) {
   root.time("period_us", c.period_ns, in_us(1, 1e5, "plant period; the drive's control period"));
   root.section("drive").integer("actuation_delay_periods", c.plant.io.actuation_delay_periods, "", 0, 1,
                                 "control periods between the drive's decision and its pattern");
-  describe(root.section("machine"), c.machine);
+  describe(root.section_or_file("machine"), c.machine);
   root.derive([&c] { share(c); });
   static constexpr std::int32_t no_lead = 0;
-  describe(root.section("plant"), c.plant, no_lead);
-  check_plant(root.section("machine"), c.plant.plant);
-  root.section("plant").check(c.plant.io);
-  Section load = root.section("load");
-  describe(load, c.load);
-  load.section("kind").check(
-      [&c] { return validate_free_shaft(c.plant, c.load.kind == LoadConfig::Kind::imposed_speed); });
+  describe_plant(root, c.plant, c.load, no_lead);
   Section hil = root.section("hil");
   describe_parameters(hil, c.hil);
   hil.check([&c] { return check_pacing(c); });

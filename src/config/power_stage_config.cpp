@@ -9,13 +9,15 @@
 namespace sextant {
 namespace {
 
+/// Something is wrong with saturation or iron loss, which are checked where they are described.
+bool is_told(const DrivePlantParameters<double>& p) {
+  return p.saturation.validate() || p.points.validate() || p.leakage.validate() || p.validate_curve() ||
+         p.iron_loss.validate();
+}
+
 /// Empty where hysteresis lets the flux go, else a sentence.
 std::string check_hysteresis(const DrivePlantParameters<double>& p) {
-  if (p.machine.validate() != nullptr || p.saturation.validate() != nullptr ||
-      p.points.validate() != nullptr || p.leakage.validate() != nullptr || p.validate_curve() != nullptr ||
-      p.iron_loss.validate() != nullptr) {
-    return {};
-  }
+  if (p.machine.validate() || is_told(p)) return {};
   const double least = p.iron_loss.hysteresis_frequency * p.largest_magnetising_inductance();
   if (p.iron_loss.validate_with(p.largest_magnetising_inductance()) == nullptr) return {};
   return "iron_loss.hysteresis_ohm must be above " + rounded_text(least) +
@@ -47,16 +49,15 @@ void describe_saturation(const Section& s, DrivePlantParameters<double>& p) {
   describe_parameters(s, p.points);
   describe_parameters(s.section("leakage"), p.leakage);
   s.section("points").check([&p]() -> std::string {
-    if (p.machine.validate() != nullptr || p.points.validate() != nullptr) return {};
-    const char* const problem = p.validate_curve();
-    return problem != nullptr ? problem : "";
+    if (p.machine.validate() || p.points.validate()) return {};
+    return sentence(p.validate_curve());
   });
 }
 
 void describe_inverter(Section s, SimulatedPowerStage::Parameters& p) {
   describe_gate_drivers(s, p.io);
   describe(s, p.plant.drops);
-  describe_parameters(s.section("losses"), p.losses);
+  describe_parameters(s.section_or_file("losses"), p.losses);
 }
 
 /// A flux that the link cannot make ends the run.
@@ -128,22 +129,13 @@ std::string check_stiffness(const SimulatedPowerStage::Parameters& p) {
                      "drivelines");
 }
 
-}  // namespace
-
-void check_plant(Section machine, const DrivePlantParameters<double>& p) {
-  machine.check([&p]() -> std::string {
-    if (const char* const problem = p.machine.validate()) return problem;
-    // Saturation and iron loss have checks of their own where they are described.
-    if (p.saturation.validate() || p.points.validate() || p.leakage.validate() || p.validate_curve() ||
-        p.iron_loss.validate() || p.iron_loss.validate_with(p.largest_magnetising_inductance())) {
-      return {};
-    }
-    const char* const problem = p.validate();
-    return problem != nullptr ? problem : "";
-  });
+std::string check_machine(const DrivePlantParameters<double>& p) {
+  if (const char* const problem = p.machine.validate()) return problem;
+  if (is_told(p) || p.iron_loss.validate_with(p.largest_magnetising_inductance())) return {};
+  return sentence(p.validate());
 }
 
-void describe(Section s, SimulatedPowerStage::Parameters& p, const std::int32_t& lead_of_drive) {
+void describe_keys(Section s, SimulatedPowerStage::Parameters& p, const std::int32_t& lead_of_drive) {
   s.choice("integrator", p.integrator,
            {{"cvode", IntegratorKind::cvode},
             {"fixed", IntegratorKind::fixed},
@@ -180,6 +172,28 @@ void describe(Section s, SimulatedPowerStage::Parameters& p, const std::int32_t&
   s.check([&p] { return check_contactor(p); });
   s.check([&p] { return check_law(p); });
   s.check([&p] { return check_stiffness(p); });
+}
+
+}  // namespace
+
+std::string validate_free_shaft(const SimulatedPowerStage::Parameters& plant, bool imposes_speed) {
+  if (!imposes_speed) return {};
+  if (plant.plant.initial.speed != 0.0)
+    return "an imposed speed is that of the shaft from the beginning: plant.initial_speed_rad_s must be 0, "
+           "or the load a torque";
+  if (!plant.driveline.acts()) return {};
+  return "an imposed speed turns the motor whatever its load does: plant.driveline.inertia_kg_m2 must be 0, "
+         "or the load a torque";
+}
+
+void describe_plant(const Section& root, SimulatedPowerStage::Parameters& p, LoadConfig& load,
+                    const std::int32_t& lead_of_drive) {
+  describe_keys(root.section("plant"), p, lead_of_drive);
+  root.section("machine").check([&p] { return check_machine(p.plant); });
+  root.section("plant").check(p.io);
+  describe(root.section("load"), load);
+  root.section("load").section("kind").check(
+      [&p, &load] { return validate_free_shaft(p, load.kind == LoadConfig::Kind::imposed_speed); });
 }
 
 }  // namespace sextant

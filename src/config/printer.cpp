@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <string_view>
 
 #include "expected.hpp"
@@ -28,33 +29,30 @@ std::string quoted(const std::string& text) {
   return out + "\"";
 }
 
-/// The value as TOML; empty for an optional one that is not set.
-struct Value {
-  std::string operator()(const NumberField& f) const {
-    const auto x = f.get();
-    return x ? number_text(*x) : "";
+/// A value as TOML, which for these is JSON too.
+struct ValueText {
+  std::string operator()(double x) const { return number_text(x); }
+  std::string operator()(std::int64_t x) const { return std::to_string(x); }
+  std::string operator()(bool x) const { return x ? "true" : "false"; }
+  std::string operator()(const std::string& text) const { return quoted(text); }
+  std::string operator()(const PointsMember::Point& point) const {
+    return "[" + number_text(point.first) + ", " + number_text(point.second) + "]";
   }
-  std::string operator()(const IntegerField& f) const {
-    const auto x = f.get();
-    return x ? std::to_string(*x) : "";
-  }
-  std::string operator()(const FlagField& f) const { return f.get() ? "true" : "false"; }
-  std::string operator()(const TextField& f) const { return quoted(f.get()); }
-  std::string operator()(const ChoiceField& f) const { return f.get().empty() ? "" : quoted(f.get()); }
-  std::string operator()(const PointsField& f) const {
+  template <class Item>
+  std::string operator()(const std::vector<Item>& items) const {
     std::string text;
-    for (const auto& [first, second] : f.get()) {
-      text += (text.empty() ? "[" : ", [") + number_text(first) + ", " + number_text(second) + "]";
-    }
+    for (const Item& item : items) text += (text.empty() ? "" : ", ") + (*this)(item);
     return "[" + text + "]";
   }
-  std::string operator()(const NamesField& f) const {
-    std::string text;
-    for (const std::string& name : f.get()) text += (text.empty() ? "" : ", ") + quoted(name);
-    return "[" + text + "]";
-  }
-  std::string operator()(const FileField& f) const { return f.get().empty() ? "" : quoted(f.get()); }
 };
+
+/// The value of a key as JSON; null for an optional one that is not set.
+std::string json_value(const Field& field) {
+  const auto value = field.member.get();
+  const double* const number = value ? std::get_if<double>(&*value) : nullptr;
+  const bool is_json = value && (number == nullptr || std::isfinite(*number));
+  return is_json ? std::visit(ValueText{}, *value) : "null";
+}
 
 std::string comment(const Field& field, const std::string& preset) {
   std::string text = "  # " + field.meaning;
@@ -82,21 +80,6 @@ Schema expanded(const Schema& schema, const Schema& sizes) {
   return whole;
 }
 
-/// The value as JSON; null for an optional one that is not set.
-struct JsonValue {
-  std::string operator()(const NumberField& f) const {
-    const auto x = f.get();
-    return x && std::isfinite(*x) ? number_text(*x) : "null";
-  }
-  std::string operator()(const PointsField& f) const { return Value{}(f); }
-  std::string operator()(const TextField& f) const { return quoted(f.get()); }
-  template <class F>
-  std::string operator()(const F& f) const {
-    const std::string text = Value{}(f);
-    return text.empty() ? "null" : text;
-  }
-};
-
 /// True for a key of an unused table whose defaults do not hold, so that its values must not be read back.
 bool is_left_out(const Schema& schema, const Field& field) {
   return std::any_of(schema.checks.begin(), schema.checks.end(), [&field](const Check& check) {
@@ -107,20 +90,15 @@ bool is_left_out(const Schema& schema, const Field& field) {
 
 /// What a key may hold, as further members of a JSON object.
 struct JsonBounds {
-  std::string operator()(const NumberField& f) const {
-    return ", \"least\": " + number_text(f.range.min) + ", \"most\": " + number_text(f.range.max);
-  }
-  std::string operator()(const IntegerField& f) const {
-    return ", \"least\": " + std::to_string(f.range.min) + ", \"most\": " + std::to_string(f.range.max);
-  }
-  std::string operator()(const ChoiceField& f) const {
-    std::string text;
-    for (const std::string& name : f.names) text += (text.empty() ? "" : ", ") + quoted(name);
-    return ", \"choices\": [" + text + "]";
-  }
-  template <class F>
-  std::string operator()(const F&) const {
-    return "";
+  template <class Kind>
+  std::string operator()(const Kind& kind) const {
+    const ValueText text;
+    if constexpr (requires { kind.range; })
+      return ", \"least\": " + text(kind.range.min) + ", \"most\": " + text(kind.range.max);
+    else if constexpr (requires { kind.names; })
+      return ", \"choices\": " + text(kind.names);
+    else
+      return "";
   }
 };
 
@@ -133,7 +111,8 @@ std::string described(const Field& field) {
 }  // namespace
 
 std::string value_text(const Field& field) {
-  return std::visit(Value{}, field.kind);
+  const auto value = field.member.get();
+  return value ? std::visit(ValueText{}, *value) : "";
 }
 
 Schema expanded(const Schema& schema) {
@@ -152,7 +131,7 @@ std::string print_running(const Schema& schema) {
   std::string text;
   for (const Field& field : expanded(schema).fields) {
     text += (text.empty() ? "" : ",\n") + std::string{"{"} + described(field) + ", \"changes\": \"" +
-            to_string(field.changes) + "\", \"value\": " + std::visit(JsonValue{}, field.kind) + "}";
+            to_string(field.changes) + "\", \"value\": " + json_value(field) + "}";
   }
   return "[" + text + "]";
 }
@@ -161,7 +140,7 @@ std::string print_json(const Schema& schema) {
   std::string text;
   for (const Field& field : expanded(schema).fields) {
     text += (text.empty() ? "" : ",\n") + quoted(field.path) + ": ";
-    text += std::visit(JsonValue{}, field.kind);
+    text += json_value(field);
   }
   return "{" + text + "}";
 }
@@ -178,10 +157,10 @@ std::string print(const Schema& described, const Schema& described_defaults) {
     if (parent != table) text += "\n" + heading(parent) + "\n";
     table = parent;
     const std::string key = field.path.substr(dot == std::string::npos ? 0 : dot + 1);
-    const std::string value = std::visit(Value{}, field.kind);
+    const std::string value = value_text(field);
     if (value.empty() || is_left_out(schema, field)) text += "# ";
     text.append(key).append(value.empty() ? " =" : " = ").append(value);
-    text += comment(field, std::visit(Value{}, defaults.fields[i].kind)) + "\n";
+    text += comment(field, value_text(defaults.fields[i])) + "\n";
   }
   return text;
 }

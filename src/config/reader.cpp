@@ -3,11 +3,16 @@
 #include <algorithm>
 #include <cstddef>
 #include <numeric>
+#include <optional>
 #include <set>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "expected.hpp"
 
@@ -54,79 +59,76 @@ std::string nearest(const Names& names, std::string_view word) {
   return best;
 }
 
-/// Sets a field from a node; false when the node does not hold what the field expects.
-struct Assign {
+/// What the node holds, where the key may hold that.
+struct Taken {
   const toml::node& node;
   const Layer& layer;
   std::string why{};  ///< further reason of a refusal; may be empty
 
-  bool operator()(const NumberField& f) const {
-    const auto x = number(node, f.range);
-    if (x) f.set(*x);
-    return x.has_value();
+  std::optional<Value> operator()(const NumberKind& k) const { return number(node, k.range); }
+  std::optional<Value> operator()(const IntegerKind& k) const {
+    const auto x = node.value_exact<std::int64_t>();
+    return x && *x >= k.range.min && *x <= k.range.max ? x : std::nullopt;
   }
-  bool operator()(const IntegerField& f) const {
-    const auto* value = node.as_integer();
-    if (value == nullptr || value->get() < f.range.min || value->get() > f.range.max) return false;
-    f.set(value->get());
-    return true;
+  std::optional<Value> operator()(const FlagKind&) const { return node.value_exact<bool>(); }
+  std::optional<Value> operator()(const TextKind& k) const { return text(k.may_be_empty); }
+  std::optional<Value> operator()(const ChoiceKind& k) const {
+    const auto name = text(true);
+    return name && std::ranges::find(k.names, *name) != k.names.end() ? name : std::nullopt;
   }
-  bool operator()(const FlagField& f) const {
-    const auto* value = node.as_boolean();
-    if (value != nullptr) f.set(value->get());
-    return value != nullptr;
+  std::optional<Value> operator()(const FileKind&) const {
+    const auto path = text(false);
+    return path ? std::optional<Value>{layer.resolved(*path)} : std::nullopt;
   }
-  bool operator()(const TextField& f) const {
-    const auto* value = node.as_string();
-    if (value == nullptr || (value->get().empty() && !f.may_be_empty)) return false;
-    f.set(value->get());
-    return true;
-  }
-  bool operator()(const ChoiceField& f) const {
-    const auto* value = node.as_string();
-    if (value == nullptr || std::find(f.names.begin(), f.names.end(), value->get()) == f.names.end())
-      return false;
-    f.set(value->get());
-    return true;
-  }
-  bool operator()(const FileField& f) {
-    const auto* value = node.as_string();
-    if (value == nullptr || value->get().empty()) return false;
-    why = f.set(layer.resolved(value->get()));
-    return why.empty();
-  }
-  bool operator()(const NamesField& f) {
+  std::optional<Value> operator()(const NamesKind& k) {
     const toml::array* list = node.as_array();
-    if (list == nullptr || list->empty()) return false;
-    std::vector<std::string> names;
+    if (list == nullptr || list->empty()) return {};
+    Names names;
     for (const toml::node& item : *list) {
       const auto name = item.value<std::string>();
-      if (!name) return false;
-      if (std::find(f.known.begin(), f.known.end(), *name) == f.known.end()) {
-        why = "there is no \"" + *name + "\"; the nearest known one is \"" + nearest(f.known, *name) + "\"";
-        return false;
+      if (!name) return {};
+      if (std::ranges::find(k.known, *name) == k.known.end()) {
+        why = "there is no \"" + *name + "\"; the nearest known one is \"" + nearest(k.known, *name) + "\"";
+        return {};
       }
       names.push_back(*name);
     }
-    f.set(std::move(names));
-    return true;
+    return names;
   }
-  bool operator()(const PointsField& f) const {
+  std::optional<Value> operator()(const PointsKind& k) const {
     const toml::array* list = node.as_array();
-    if (list == nullptr) return false;
-    PointsField::Pairs pairs;
+    if (list == nullptr) return {};
+    Points points;
     for (const toml::node& item : *list) {
       const toml::array* pair = item.as_array();
-      if (pair == nullptr || pair->size() != 2) return false;
-      const auto first = number(*pair->get(0), f.first_range);
-      const auto second = number(*pair->get(1), f.second_range);
-      if (!first || !second) return false;
-      pairs.emplace_back(*first, *second);
+      if (pair == nullptr || pair->size() != 2) return {};
+      const auto first = number(*pair->get(0), {k.first.min, k.first.max});
+      const auto second = number(*pair->get(1), {k.second.min, k.second.max});
+      if (!first || !second) return {};
+      points.emplace_back(*first, *second);
     }
-    f.set(pairs);
-    return true;
+    return points;
+  }
+
+  [[nodiscard]] std::optional<std::string> text(bool may_be_empty) const {
+    auto text = node.value_exact<std::string>();
+    return text && text->empty() && !may_be_empty ? std::nullopt : text;
   }
 };
+
+/// Sets the key; where it may not hold that, why, as a message ends.
+std::optional<std::string> refusal(const Field& field, const toml::node& node, const Layer& layer) {
+  Taken taken{node, layer};
+  try {
+    if (const auto value = std::visit(taken, field.kind)) {
+      field.member.set(*value);
+      return {};
+    }
+  } catch (const std::runtime_error& problem) {
+    taken.why = problem.what();
+  }
+  return taken.why.empty() ? "" : ": " + taken.why;
+}
 
 class Reader {
  public:
@@ -158,11 +160,10 @@ class Reader {
       const toml::node* node = layer.find(field.path);
       if (node == nullptr) continue;
       given_.insert(field.path);
-      Assign assign{*node, layer};
-      if (std::visit(assign, field.kind)) continue;
-      std::string message = "expected " + expected(field.kind) + ", got " + shown(*node);
-      if (!assign.why.empty()) message += ": " + assign.why;
-      problems_.push_back(layer.problem(node, field.path, std::move(message)));
+      const std::optional<std::string> why = refusal(field, *node, layer);
+      if (!why) continue;
+      problems_.push_back(layer.problem(node, field.path,
+                                        "expected " + expected(field.kind) + ", got " + shown(*node) + *why));
     }
     for (const Alternative& a : schema_.alternatives) {
       const toml::node* second = layer.find(a.second);
@@ -217,25 +218,14 @@ class Reader {
     if (!path.starts_with(found + ".")) {
       return "unknown key; the nearest known one is " + layer.local_path(found);
     }
-    return "unknown key; those of " + layer.local_path(found) + " are " + names_in(found);
+    return fmt::format("unknown key; those of {} are {}", layer.local_path(found),
+                       fmt::join(names_in(schema_, found), ", "));
   }
 
   [[nodiscard]] std::string nearest_path(const std::string& path) const {
     std::vector<std::string> names{keys_.begin(), keys_.end()};
     names.insert(names.end(), tables_.begin(), tables_.end());
     return nearest(names, path);
-  }
-
-  /// The names of keys and tables that stand in a table itself.
-  [[nodiscard]] std::string names_in(const std::string& table) const {
-    std::string list;
-    for (const std::set<std::string>* paths : {&keys_, &tables_}) {
-      for (const std::string& path : *paths) {
-        if (!path.starts_with(table + ".") || path.find('.', table.size() + 1) != std::string::npos) continue;
-        list += (list.empty() ? "" : ", ") + path.substr(table.size() + 1);
-      }
-    }
-    return list;
   }
 
   void check_required() {

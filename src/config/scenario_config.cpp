@@ -4,13 +4,12 @@
 #include <cmath>
 #include <cstdint>
 #include <optional>
-#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "drive_sections.hpp"
 #include "number_text.hpp"
-#include "sextant/config/sensor_config.hpp"
+#include "plant_effects.hpp"
 
 namespace sextant {
 namespace {
@@ -51,7 +50,7 @@ void bound(Section& s, std::vector<Expectation>& list, Metric metric, const char
     const auto entry = find();
     return entry == list.end() ? std::nullopt : (*entry).*member;
   };
-  const auto set = [&list, find, member, name, metric](double x) {
+  const auto set = [&list, find, member, name, metric](const Value& x) {
     auto entry = find();
     if (entry == list.end()) {
       const auto next = std::find_if(list.begin(), list.end(), [metric](const Expectation& e) {
@@ -59,9 +58,9 @@ void bound(Section& s, std::vector<Expectation>& list, Metric metric, const char
       });
       entry = list.insert(next, Expectation{name, {}, {}});
     }
-    (*entry).*member = x;
+    (*entry).*member = std::get<double>(x);
   };
-  s.add(key, info(metric).unit, info(metric).meaning, NumberField{any, get, set});
+  s.add(key, info(metric).unit, info(metric).meaning, NumberKind{any}, {get, set});
 }
 
 void describe(Section s, std::vector<Expectation>& list) {
@@ -91,17 +90,10 @@ void describe(Section s, WindowExpectation& w) {
 
 /// The trip that is expected, if any.
 void describe_fault(Section s, ScenarioConfig& c) {
-  std::vector<std::string> names{"none"};
-  for (int k = 0; k < fault_count; ++k) names.emplace_back(to_string(static_cast<Fault>(k)));
-  const auto set = [&c](std::string_view name) {
-    c.expected_fault.reset();
-    for (int k = 0; k < fault_count; ++k) {
-      if (name == to_string(static_cast<Fault>(k))) c.expected_fault = static_cast<Fault>(k);
-    }
-  };
-  const auto get = [&c] { return std::string{c.expected_fault ? to_string(*c.expected_fault) : "none"}; };
-  s.add("fault", "", "the fault that has to trip the drive first; none: a trip is no success",
-        ChoiceField{std::move(names), get, set});
+  std::vector<Choice<Fault>> faults;
+  for (int k = 0; k < fault_count; ++k) faults.push_back({to_string(Fault(k)), Fault(k)});
+  s.choice("fault", c.expected_fault, faults,
+           "the fault that has to trip the drive first; none: a trip is no success", "none");
   s.time("fault_from_s", c.expected_fault_window.from_ns, instant("earliest time of that fault"));
   window_end(s, "fault_to_s", c.expected_fault_window.to_ns,
              "latest time of that fault; not set: the end of the run");
@@ -182,23 +174,8 @@ std::string validate_event_exact(const ScenarioConfig& c) {
            "event_exact.initial_flux_wb instead";
   if (c.drive.drive.motor.optimal_flux.optimum != FluxOptimum::constant)
     return "an event-exact run has no drive around its controller, drive.flux_optimum must be \"constant\"";
-  if (!is_ideal(c.drive.plant.io) || c.drive.plant.plant.drops.act())
-    return "an event-exact run has no samples and an ideal inverter, plant.sensors must be ideal, "
-           "plant.inverter.dead_time_us 0, minimum_pulse_us 0, threshold_v 0, slope_ohm 0 and "
-           "plant.faults.kind \"none\"";
-  if (c.drive.plant.io.law == InverterLaw::averaged)
-    return "an event-exact run is made of the inverter's edges, plant.inverter.law must be \"switched\"";
-  if (c.drive.plant.link.acts())
-    return "an event-exact run has a stiff DC link, plant.link.capacitance_f must be 0";
-  if (c.drive.plant.thermal.acts())
-    return "an event-exact run has constant resistances, the heat capacities of plant.thermal must be 0";
-  if (c.drive.plant.losses.acts())
-    return "an event-exact run has an inverter without losses, plant.inverter.losses must have no curve";
-  if (c.drive.plant.driveline.acts())
-    return "an event-exact run has its load on the motor's shaft, plant.driveline.inertia_kg_m2 must be 0";
-  if (c.drive.plant.plant.initial.speed != 0 || c.drive.plant.plant.initial.rotor_flux != 0)
-    return "an event-exact run begins at rest and with event_exact.initial_flux_wb, "
-           "plant.initial_speed_rad_s and initial_flux_wb must be 0";
+  if (std::string problem = excluded_effect(c.drive.plant, &PlantEffect::event_exact); !problem.empty())
+    return problem;
   const IntegratorKind integrator = c.drive.plant.integrator;
   if (integrator != IntegratorKind::cvode && integrator != IntegratorKind::fixed)
     return "an event-exact run is moved by cvode or fixed, plant.integrator must be one of them";
@@ -365,14 +342,12 @@ void describe(Section root, ScenarioConfig& c) {
   expect.list<WindowExpectation>("window", scenario.windows,
                                  [](Section s, WindowExpectation& w) { describe(std::move(s), w); });
   check_simulated_plant(root, c.drive, [&c] { return !c.expected_fault; });
-  root.section("load").section("speed_rad_s").check([&c] {
-    return c.cycle.is_given() ? std::string{} : validate_speed(c);
-  });
-  root.section("cycle").check([&c] { return c.cycle.is_given() ? validate_speed(c) : std::string{}; });
-  root.section("profile").section("torque_nm").check([&c] {
-    return c.cycle.is_given() ? std::string{} : validate_torque(c);
-  });
-  root.section("cycle").check([&c] { return c.cycle.is_given() ? validate_torque(c) : std::string{}; });
+  const auto check_given_by = [&](Section key, std::string (*problem)(const ScenarioConfig&)) {
+    key.check([&c, problem] { return c.cycle.is_given() ? std::string{} : problem(c); });
+    root.section("cycle").check([&c, problem] { return c.cycle.is_given() ? problem(c) : std::string{}; });
+  };
+  check_given_by(root.section("load").section("speed_rad_s"), validate_speed);
+  check_given_by(root.section("profile").section("torque_nm"), validate_torque);
   root.check([&c] { return validate(c.scenario); });
   root.section("mode").check([&c] { return validate_event_exact(c); });
   root.check([&c] { return validate_sampling(c); });

@@ -18,7 +18,7 @@ Schema request_schema(Section (*section_of)(Schema&), PlantFaultParameters& faul
   describe(section, fault, u_dc);
   section.check(fault);
   for (Field& field : schema.fields) {
-    if (auto* choice = std::get_if<ChoiceField>(&field.kind)) std::erase(choice->names, power_up_fault);
+    if (auto* choice = std::get_if<ChoiceKind>(&field.kind)) std::erase(choice->names, power_up_fault);
   }
   return schema;
 }

@@ -277,7 +277,8 @@ class NamedMethod final : public ControlMethod {
 };
 
 TEST(ControlMethods, NeedNamesOfTheirOwn) {
-  for (const char* name : {"dtc", "machine_estimate", "flux_reference_wb", "controller", "", "a.b", "a b"}) {
+  for (const char* name :
+       {"dtc", "machine_estimate", "r_s_per_k", "flux_reference_wb", "controller", "", "a.b", "a b"}) {
     SCOPED_TRACE(name);
     EXPECT_THROW((void)with_own(control_methods(), {NamedMethod::owned(name)}), std::invalid_argument);
   }

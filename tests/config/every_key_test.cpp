@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,7 +22,7 @@ using ::testing::HasSubstr;
 struct WrongValues {
   using List = std::vector<std::string>;
 
-  List operator()(const NumberField& f) const {
+  List operator()(const NumberKind& f) const {
     return {"\"high\"",
             "true",
             "nan",
@@ -33,7 +34,7 @@ struct WrongValues {
             std::to_string(f.range.min - 1.0 - std::abs(f.range.min)),
             std::to_string(f.range.max + 1.0 + std::abs(f.range.max))};
   }
-  List operator()(const IntegerField& f) const {
+  List operator()(const IntegerKind& f) const {
     return {"\"1\"",
             "false",
             "1.5",
@@ -44,18 +45,18 @@ struct WrongValues {
             std::to_string(f.range.min - 1),
             std::to_string(f.range.max + 1)};
   }
-  List operator()(const FlagField&) const { return {"\"true\"", "1", "0.0", "[true]", "{ x = true }"}; }
-  List operator()(const TextField& f) const {
+  List operator()(const FlagKind&) const { return {"\"true\"", "1", "0.0", "[true]", "{ x = true }"}; }
+  List operator()(const TextKind& f) const {
     List list{"1", "1.5", "true", "[\"a\"]", "{ x = \"a\" }", "2026-01-01"};
     if (!f.may_be_empty) list.emplace_back("\"\"");
     return list;
   }
-  List operator()(const ChoiceField& f) const {
+  List operator()(const ChoiceKind& f) const {
     return {"\"nonsense\"", "\"\"", "1", "true", "[\"" + f.names.front() + "\"]", "{ x = 1 }"};
   }
-  List operator()(const PointsField& f) const {
-    const std::string below = std::to_string(f.first_range.min - 1.0);
-    const std::string above = std::to_string(2.0 * f.second_range.max);
+  List operator()(const PointsKind& f) const {
+    const std::string below = std::to_string(f.first.min - 1.0);
+    const std::string above = std::to_string(2.0 * f.second.max);
     return {"1",
             "\"a\"",
             "true",
@@ -69,10 +70,10 @@ struct WrongValues {
             "[[0, " + above + "]]",
             "{ x = 1 }"};
   }
-  List operator()(const FileField&) const {
+  List operator()(const FileKind&) const {
     return {"1", "true", "\"\"", "[\"a.csv\"]", "{ x = 1 }", "\"nowhere.csv\"", "\".\"", "\"wrong.toml\""};
   }
-  List operator()(const NamesField& f) const {
+  List operator()(const NamesKind& f) const {
     return {"1", "true", "\"" + f.known.front() + "\"", "[]", "[1]", "[\"nonsense\"]", "{ x = 1 }"};
   }
 };
@@ -272,7 +273,7 @@ std::string last_part(const std::string& path) {
 
 /// A choice among one name.
 bool has_one_value_only(const Field& field) {
-  const ChoiceField* const choice = std::get_if<ChoiceField>(&field.kind);
+  const ChoiceKind* const choice = std::get_if<ChoiceKind>(&field.kind);
   return choice != nullptr && choice->names.size() == 1;
 }
 
@@ -344,38 +345,39 @@ TEST_P(EveryKey, HasAMeaningAndSurvivesTheRoundTrip) {
 TEST_P(EveryKey, IsSetByItsOwnValue) {
   // Two different values of each key print differently: no key is bound to nothing or to its neighbour's
   // member.
-  const struct {
-    std::string operator()(const NumberField& f) const {
+  struct Other {
+    std::string operator()(const NumberKind& f) const {
       return std::to_string(0.4 * f.range.min + 0.6 * f.range.max);
     }
-    std::string operator()(const IntegerField& f) const {
-      return std::to_string(f.get() == f.range.max ? f.range.min : f.range.max);
+    std::string operator()(const IntegerKind& f) const {
+      return std::to_string(now == Value{f.range.max} ? f.range.min : f.range.max);
     }
-    std::string operator()(const FlagField& f) const { return f.get() ? "false" : "true"; }
-    std::string operator()(const TextField&) const { return "\"another \\\" text\""; }
-    std::string operator()(const ChoiceField& f) const {
-      const auto another =
-          std::find_if(f.names.begin(), f.names.end(), [&f](const auto& name) { return name != f.get(); });
-      return "\"" + (another == f.names.end() ? f.get() : *another) + "\"";
+    std::string operator()(const FlagKind&) const { return now == Value{true} ? "false" : "true"; }
+    std::string operator()(const TextKind&) const { return "\"another \\\" text\""; }
+    std::string operator()(const ChoiceKind& f) const {
+      const auto another = std::find_if(f.names.begin(), f.names.end(),
+                                        [this](const std::string& name) { return now != Value{name}; });
+      return "\"" + (another == f.names.end() ? f.names.front() : *another) + "\"";
     }
-    std::string operator()(const PointsField&) const { return "[[0.0, 1.0], [2.0, 3.5]]"; }
-    std::string operator()(const FileField& f) const {
+    std::string operator()(const PointsKind&) const { return "[[0.0, 1.0], [2.0, 3.5]]"; }
+    std::string operator()(const FileKind& f) const {
       const bool is_cycle = f.columns.find("speed_mph") != std::string::npos;
       const bool is_profile = f.columns == "time_s,value";
       const std::string text = is_cycle     ? "time_s,speed_m_s\n0,0\n1,2\n"
                                : is_profile ? "time_s,value\n0,0\n1,2\n"
                                             : f.columns + "\n10,25,241\n20,36,342\n";
-      return "\"" + files->write("other.csv", text) + "\"";
+      return "\"" + files.write("other.csv", text) + "\"";
     }
-    std::string operator()(const NamesField& f) const { return "[\"" + f.known.back() + "\"]"; }
-    const ConfigFiles* files;
-  } other{&files_};
+    std::string operator()(const NamesKind& f) const { return "[\"" + f.known.back() + "\"]"; }
+    const ConfigFiles& files;
+    std::optional<Value> now;
+  };
   std::vector<std::string> refused;
   for (const Field& field : kind_.schema.fields) {
     SCOPED_TRACE(field.path);
     std::vector<std::string> lines = lines_of(kind_.text);
     const std::size_t line = line_of(lines, field.path);
-    lines[line] = last_part(field.path) + " = " + std::visit(other, field.kind);
+    lines[line] = last_part(field.path) + " = " + std::visit(Other{files_, field.member.get()}, field.kind);
     const std::string file = files_.write("other.toml", joined(lines));
     std::vector<std::string> printed;
     try {

@@ -35,7 +35,7 @@ std::string plant_refusal(const Settings& settings) {
 TEST(HilConfig, TheShippedFilesFitEachOther) {
   const EcuConfig drive = load_ecu_config(shipped_ecu_hil);
   const PlantConfig plant = load_plant_config(shipped_plant);
-  EXPECT_EQ(drive.power_stage, PowerStageKind::shared_memory);
+  EXPECT_EQ(drive.power_stage_kind(), PowerStageKind::shared_memory);
   EXPECT_EQ(drive.drive.drive.period_ns, plant.period_ns);
   EXPECT_EQ(drive.hil.link, plant.hil.link);
   EXPECT_EQ(drive.hil.pacing, plant.hil.pacing);

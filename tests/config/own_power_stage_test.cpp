@@ -42,7 +42,7 @@ std::string refusal(const Settings& settings) {
 
 TEST(OwnPowerStage, IsChosenByNameAndReadsItsTable) {
   const EcuConfig c = load(chosen({"inverter.scale=3", "drive.period_us=50"}));
-  EXPECT_EQ(c.power_stage, PowerStageKind::own);
+  EXPECT_EQ(c.power_stage_kind(), PowerStageKind::own);
   const auto& p = dynamic_cast<const OwnPowerStageOf<elsewhere::Inverter>&>(c.own_power_stage()).values;
   EXPECT_EQ(p.scale, 3);
   EXPECT_EQ(p.period_ns, 50'000) << "shared with the drive";

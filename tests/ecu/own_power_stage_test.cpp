@@ -11,8 +11,7 @@ namespace {
 
 EcuConfig with(Cloned<OwnPowerStage> own) {
   EcuConfig config;
-  config.power_stage = PowerStageKind::own;
-  config.own_name = own->name();
+  config.power_stage = own->name();
   config.own_power_stages = {std::move(own)};
   return config;
 }

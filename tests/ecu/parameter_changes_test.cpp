@@ -16,8 +16,8 @@
 #include "ecu/tasks/control_task.hpp"
 #include "sextant/config/load_config.hpp"
 #include "sextant/config/schema.hpp"
-#include "sextant/virtual_time/digest.hpp"
 #include "sextant/power_stage/live_power_stage.hpp"
+#include "sextant/virtual_time/digest.hpp"
 #include "support/source_directory.hpp"
 
 namespace sextant::ecu {
@@ -149,22 +149,23 @@ TEST(ParameterChanges, EqualParametersUnderTorqueLeaveEveryBit) {
 /// Another value of a key as text; empty where there is none.
 struct OtherValue {
   double factor;
+  std::optional<Value> now;
 
-  std::string operator()(const NumberField& f) const {
-    const std::optional<double> now = f.get();
-    const bool scales = now && std::isfinite(*now) && *now != 0;
-    const double value = scales ? *now * factor : f.range.min + 0.1 * factor * (f.range.max - f.range.min);
-    return value >= f.range.min && value <= f.range.max ? std::to_string(value) : "";
+  std::string operator()(const NumberKind& k) const {
+    const double x = now ? std::get<double>(*now) : 0;
+    const bool scales = std::isfinite(x) && x != 0;
+    const double value = scales ? x * factor : k.range.min + 0.1 * factor * (k.range.max - k.range.min);
+    return value >= k.range.min && value <= k.range.max ? std::to_string(value) : "";
   }
-  std::string operator()(const IntegerField& f) const {
-    return std::to_string(f.get().value_or(f.range.min) + 1);
+  std::string operator()(const IntegerKind& k) const {
+    return std::to_string((now ? std::get<std::int64_t>(*now) : k.range.min) + 1);
   }
-  std::string operator()(const FlagField& f) const { return f.get() ? "false" : "true"; }
-  std::string operator()(const ChoiceField& f) const {
-    return f.names.front() == f.get() ? f.names.back() : f.names.front();
+  std::string operator()(const FlagKind&) const { return now == Value{true} ? "false" : "true"; }
+  std::string operator()(const ChoiceKind& k) const {
+    return now == Value{k.names.front()} ? k.names.back() : k.names.front();
   }
-  template <class F>
-  std::string operator()(const F&) const {
+  template <class Kind>
+  std::string operator()(const Kind&) const {
     return "";
   }
 };
@@ -252,7 +253,8 @@ struct Tried {
 std::optional<Tried> tried(const Field& field, const std::string& method, const Digests& plain) {
   std::optional<Tried> best;
   for (const double factor : {0.02, 40.0, 0.3, 0.6, 0.9, 1.25, 3.0}) {
-    const std::string setting = field.path + "=" + std::visit(OtherValue{factor}, field.kind);
+    const std::string setting =
+        field.path + "=" + std::visit(OtherValue{factor, field.member.get()}, field.kind);
     try {
       (void)configuration(method, with(setting));
     } catch (const ConfigError&) {

@@ -5,7 +5,6 @@
 #include <array>
 #include <string>
 #include <string_view>
-#include <variant>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -46,9 +45,7 @@ bool is_effect(std::string_view path) {
 }
 
 bool differs(const Field& a, const Field& b) {
-  return std::visit(
-      [&b](const auto& kind) { return kind.get() != std::get<std::decay_t<decltype(kind)>>(b.kind).get(); },
-      a.kind);
+  return a.member.get() != b.member.get();
 }
 
 Schema schema_of(ScenarioConfig& config) {

@@ -38,7 +38,7 @@ const char* sentence(PowerStage::Plant plant) {
 
 PowerStage::PowerStage(const EcuConfig& config, const std::string& fault_socket,
                        const std::string& log_prefix) {
-  switch (config.power_stage) {
+  switch (config.power_stage_kind()) {
     case PowerStageKind::simulated:
       simulate(config, fault_socket, log_prefix);
       break;
@@ -59,7 +59,7 @@ PowerStage::PowerStage(const EcuConfig& config, const std::string& fault_socket,
 
 void PowerStage::open_own(const EcuConfig& config) {
   own_ = config.own_power_stage().open();
-  name_ = config.own_name;
+  name_ = config.power_stage;
   io_ = own_.get();
 }
 

@@ -46,8 +46,8 @@ void require_no_reports(const ScenarioRunOptions& options) {
 
 /// Throws where nothing evaluates the scenario.
 void require_observed_plant(const EcuConfig& config, const ScenarioRunOptions& options) {
-  if (config.power_stage != PowerStageKind::own) return;
-  throw std::runtime_error{options.scenario + ": power_stage = \"" + config.own_name +
+  if (config.power_stage_kind() != PowerStageKind::own) return;
+  throw std::runtime_error{options.scenario + ": power_stage = \"" + config.power_stage +
                            "\" evaluates no scenario; play a --profile, or take the simulated plant"};
 }
 
@@ -58,7 +58,9 @@ std::int64_t begin_ns(const EcuConfig& drive) {
 
 /// Throws where a drive of the configuration cannot play a scenario.
 void require_playable(const DrivesConfig& config, const ScenarioRunOptions& options) {
-  const auto is_here = [](const EcuConfig& drive) { return drive.power_stage == PowerStageKind::simulated; };
+  const auto is_here = [](const EcuConfig& drive) {
+    return drive.power_stage_kind() == PowerStageKind::simulated;
+  };
   for (const EcuConfig& drive : config.drives) {
     require_observed_plant(drive, options);
     require_waiting_plant(drive);
@@ -278,7 +280,7 @@ void report_not_started(const std::string& program, const ScenarioRunOptions& op
 
 int run_scenario(const std::string& program, const ScenarioRunOptions& options) {
   const Played played = read_reported(program, options);
-  switch (played.config.drives.front().power_stage) {
+  switch (played.config.drives.front().power_stage_kind()) {
     case PowerStageKind::simulated:
       return ObservedRun{program, options, played}.run();
     case PowerStageKind::shared_memory:

@@ -17,8 +17,8 @@
 
 #include "ecu/unit/run_report.hpp"
 #include "sextant/comms/contract_ranges.hpp"
-#include "sextant/virtual_time/random_bus_events.hpp"
 #include "sextant/files/csv_table.hpp"
+#include "sextant/virtual_time/random_bus_events.hpp"
 
 namespace sextant::ecu {
 namespace {
@@ -65,10 +65,10 @@ ProfileParameters profile_of(const std::string& file) {
 
 void require_waiting_plant(const EcuConfig& config) {
   if (config.waits_for_drive()) return;
-  if (config.power_stage == PowerStageKind::own) {
+  if (config.power_stage_kind() == PowerStageKind::own) {
     refuse(
         "power_stage = \"{}\" runs in real time; --virtual-time needs a power stage that waits for the drive",
-        config.own_name);
+        config.power_stage);
   }
   refuse(
       "a plant in another process runs in real time unless hil.pacing is \"lockstep\"; --virtual-time needs "

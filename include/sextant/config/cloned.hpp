@@ -1,7 +1,11 @@
 #pragma once
 
 #include <memory>
+#include <stdexcept>
+#include <string>
+#include <string_view>
 #include <utility>
+#include <vector>
 
 namespace sextant {
 
@@ -27,5 +31,27 @@ class Cloned {
  private:
   std::unique_ptr<T> object_;
 };
+
+/// Parts among which a configuration chooses by `name()`.
+template <class Part>
+using Parts = std::vector<Cloned<Part>>;
+
+/// The same parts with their parameters before a file has been read.
+template <class Part>
+[[nodiscard]] Parts<Part> untouched(const Parts<Part>& parts) {
+  Parts<Part> fresh;
+  fresh.reserve(parts.size());
+  for (const auto& part : parts) fresh.emplace_back(part->untouched());
+  return fresh;
+}
+
+/// The part of that name. Throws std::logic_error where there is none; kind: as that names it.
+template <class Part>
+[[nodiscard]] const Part& named(const Parts<Part>& parts, std::string_view name, const char* kind) {
+  for (const auto& part : parts) {
+    if (part->name() == name) return *part;
+  }
+  throw std::logic_error(std::string{"there is no "} + kind + " \"" + std::string{name} + "\"");
+}
 
 }  // namespace sextant

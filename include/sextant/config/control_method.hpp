@@ -6,7 +6,6 @@
 #include <stdexcept>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "sextant/config/cloned.hpp"
 #include "sextant/config/schema.hpp"
@@ -127,7 +126,7 @@ class ControlMethodOf final : public ControlMethod {
 };
 
 /// The methods that the configuration can select: Sextant's own and those that a program adds.
-using ControlMethods = std::vector<Cloned<ControlMethod>>;
+using ControlMethods = Parts<ControlMethod>;
 
 /// The method whose controllers are of class `C`, with default parameters.
 template <class C>
@@ -139,8 +138,5 @@ template <class C>
 /// taken or is that of another key of [control], and where a channel's name is empty, contains "/", is given
 /// twice or is that of a column that every trace may have.
 [[nodiscard]] ControlMethods with_own(ControlMethods methods, const ControlMethods& own);
-
-/// The same methods with their default parameters.
-[[nodiscard]] ControlMethods untouched(const ControlMethods& methods);
 
 }  // namespace sextant

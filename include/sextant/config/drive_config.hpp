@@ -52,7 +52,9 @@ struct DriveConfig {
   }
 
   /// Of that name. Throws std::logic_error where there is none.
-  [[nodiscard]] const ControlMethod& method(std::string_view name) const;
+  [[nodiscard]] const ControlMethod& method(std::string_view name) const {
+    return named(methods, name, "control method");
+  }
   /// The method chosen.
   [[nodiscard]] const ControlMethod& method() const { return method(controller); }
   /// Parameters of the controllers of class `C`, chosen or not. Throws std::logic_error where there are none.
@@ -78,15 +80,7 @@ void check_simulated_plant(const Section& root, const DriveConfig& config, std::
 [[nodiscard]] std::string validate_imposed_speed(const DriveConfig& config, const ProfileParameters& speed,
                                                  std::int64_t duration_ns);
 
-/// Empty unless a speed is imposed on the motor's shaft while a load turns behind a driveline, or while the
-/// shaft begins with a speed of its own, else a sentence.
-[[nodiscard]] std::string validate_free_shaft(const SimulatedPowerStage::Parameters& plant,
-                                              bool imposes_speed);
-
-/// Sections plant and load alone.
-/// lead_of_drive: as the sensors take it. [ns]
-void describe(Section section, SimulatedPowerStage::Parameters& parameters,
-              const std::int32_t& lead_of_drive);
+/// Section load.
 void describe(Section section, LoadConfig& config);
 
 /// True when a file makes the quantity other than zero.

@@ -28,7 +28,6 @@ struct DrivesConfig {
   [[nodiscard]] std::string file_of(const std::string& name, std::size_t drive) const;
 };
 
-/// The keys beside the drives.
 void describe(Section root, DrivesConfig& config);
 
 /// What of the last drive excludes those before it, in one sentence that names the key; empty where nothing

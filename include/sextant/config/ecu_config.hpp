@@ -56,18 +56,20 @@ enum class PowerStageKind : std::uint8_t {
 
 /// Configuration of the live drive.
 struct EcuConfig {
-  int drive_id{1};  ///< key of the telemetry topics [-]
-  PowerStageKind power_stage{PowerStageKind::simulated};
-  std::string own_name{};             ///< of the power stage that the program brings; empty: none is chosen
-  OwnPowerStages own_power_stages{};  ///< that can be chosen
+  int drive_id{1};                       ///< key of the telemetry topics [-]
+  std::string power_stage{"simulated"};  ///< name of a `PowerStageKind`, or of one that the program brings
+  OwnPowerStages own_power_stages{};     ///< that can be chosen
   DriveConfig drive{};
   HilParameters hil{};
   RealtimeParameters realtime{};
   CanConfig can{};
   DdsConfig dds{};
 
+  [[nodiscard]] PowerStageKind power_stage_kind() const noexcept;
   /// The power stage chosen of those that the program brings. Throws std::logic_error where it is another.
-  [[nodiscard]] const OwnPowerStage& own_power_stage() const;
+  [[nodiscard]] const OwnPowerStage& own_power_stage() const {
+    return named(own_power_stages, power_stage, "power stage");
+  }
   /// The time of the power stage is that of the drive: virtual time and several control periods a wake-up.
   [[nodiscard]] bool waits_for_drive() const;
 };

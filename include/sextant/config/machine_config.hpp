@@ -37,10 +37,10 @@ struct MachineConfig {
 /// The keys of a complete machine, each of which must be set.
 void describe(Section section, MachineConfig& config);
 
-/// The keys of a machine of which some may be set. unset: what counts for one that is not; circuit: of which
-/// circuit the keys are unless they say so.
-void describe_changes(Section section, MachineConfig& config, const std::string& unset,
-                      const std::function<MachineCircuit()>& circuit);
+/// The keys of a machine that differs from `machine` in those that are set. unset: what counts for the
+/// others; circuit: of which circuit the keys are unless they say so.
+void describe_changes(Section section, MachineConfig& config, const MachineConfig& machine,
+                      const std::string& unset, const std::function<MachineCircuit()>& circuit);
 
 /// `machine` with the values that `config` sets, as a T circuit; where they are those of another circuit,
 /// with equal leakage inductances (`from_gamma`). Reactances without a frequency of their own hold at

@@ -1,8 +1,6 @@
 #pragma once
 
 #include <memory>
-#include <utility>
-#include <vector>
 
 #include "sextant/config/cloned.hpp"
 #include "sextant/config/schema.hpp"
@@ -80,7 +78,7 @@ class OwnPowerStageOf final : public OwnPowerStage {
 };
 
 /// The power stages that a program brings beside Sextant's.
-using OwnPowerStages = std::vector<Cloned<OwnPowerStage>>;
+using OwnPowerStages = Parts<OwnPowerStage>;
 
 /// The power stage of class `Io`, with default parameters.
 template <class Io>
@@ -91,8 +89,5 @@ template <class Io>
 /// The same list. Throws std::invalid_argument where a name is no bare TOML key, is that of another power
 /// stage, or of a key or table at the top of a file of a live drive.
 [[nodiscard]] OwnPowerStages checked(const OwnPowerStages& own);
-
-/// The same power stages with their default parameters.
-[[nodiscard]] OwnPowerStages untouched(const OwnPowerStages& power_stages);
 
 }  // namespace sextant

@@ -12,6 +12,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -27,57 +28,47 @@ struct Range {
   T max;
 };
 
-/// What a key may hold, and the way to and from the member that it sets. A `get` that has nothing to give
-/// belongs to an optional member that is not set.
-struct NumberField {
+/// What a key may hold.
+struct NumberKind {
   Range<double> range;
-  std::function<std::optional<double>()> get;
-  std::function<void(double)> set;
 };
-struct IntegerField {
+struct IntegerKind {
   Range<std::int64_t> range;
-  std::function<std::optional<std::int64_t>()> get;
-  std::function<void(std::int64_t)> set;
 };
-struct FlagField {
-  std::function<bool()> get;
-  std::function<void(bool)> set;
-};
-struct TextField {
+struct FlagKind {};
+struct TextKind {
   bool may_be_empty;
-  std::function<std::string()> get;
-  std::function<void(std::string)> set;
 };
-struct ChoiceField {
+struct ChoiceKind {
   std::vector<std::string> names;
-  std::function<std::string()> get;  ///< empty where none is chosen
-  std::function<void(std::string_view)> set;
 };
 /// A list of pairs, written [[first, second], …].
-struct PointsField {
-  using Pairs = std::vector<std::pair<double, double>>;
-  Range<double> first_range;
-  Range<double> second_range;
-  std::function<Pairs()> get;
-  std::function<void(const Pairs&)> set;
-  std::string first_name;   ///< of the first member of a pair, as a message names it
-  std::string second_name;  ///< of the second one
+struct PointsKind {
+  Axis first;
+  Axis second;
 };
 /// The path of a CSV file, relative to the file that names it; on the command line, to the working directory.
-struct FileField {
-  std::string columns;                          ///< as a message names them
-  std::function<std::string()> get;             ///< absolute path; empty where none is set
-  std::function<std::string(std::string)> set;  ///< reads the file; empty, or what is wrong with it
+struct FileKind {
+  std::string columns;  ///< as a message names them
 };
 /// A list of names out of those that are known.
-struct NamesField {
+struct NamesKind {
   std::vector<std::string> known;
   std::string what;  ///< the known names, as a message sums them up
-  std::function<std::vector<std::string>()> get;
-  std::function<void(std::vector<std::string>)> set;
 };
-using FieldKind = std::variant<NumberField, IntegerField, FlagField, TextField, ChoiceField, PointsField,
-                               FileField, NamesField>;
+using FieldKind =
+    std::variant<NumberKind, IntegerKind, FlagKind, TextKind, ChoiceKind, PointsKind, FileKind, NamesKind>;
+
+/// What a key holds: a text, a choice and a file are strings.
+using Points = std::vector<PointsMember::Point>;
+using Names = std::vector<std::string>;
+using Value = std::variant<double, std::int64_t, bool, std::string, Points, Names>;
+
+/// The way to and from the member that a key sets.
+struct Access {
+  std::function<std::optional<Value>()> get;  ///< nothing where an optional member is not set
+  std::function<void(const Value&)> set;      ///< throws std::runtime_error with a sentence where it cannot
+};
 
 /// One key of a configuration file.
 struct Field {
@@ -85,6 +76,7 @@ struct Field {
   std::string unit{};     ///< empty where there is none
   std::string meaning{};  ///< one line for the reader of the file
   FieldKind kind;
+  Access member{};
   bool required{false};  ///< the file must set it; there is no default
   bool derived{false};   ///< its default follows from machine and link
   Changes changes{Changes::never};
@@ -128,10 +120,23 @@ struct TableList {
 struct Schema {
   std::vector<Field> fields{};
   std::vector<TableList> lists{};
+  std::vector<std::string> files{};  ///< paths of the tables that may be files of their own
   std::vector<Alternative> alternatives{};
   std::vector<std::function<void()>> derivations{};  ///< run in order when everything has been read
   std::vector<Check> checks{};                       ///< run after the derivations
 };
+
+/// What a `validate()` says as a text; empty where nothing is wrong.
+[[nodiscard]] inline std::string sentence(const char* problem) {
+  return problem == nullptr ? "" : problem;
+}
+[[nodiscard]] inline std::string sentence(std::string problem) {
+  return problem;
+}
+
+/// The keys and then the tables that stand in a table itself, each in alphabetic order; in the file's root by
+/// an empty name.
+[[nodiscard]] std::vector<std::string> names_in(const Schema& schema, const std::string& table);
 
 /// A table of the file while it is being described. Members are bound by reference and must outlive the
 /// schema.
@@ -145,20 +150,20 @@ class Section final : public Description {
   explicit Section(Schema& schema) : schema_{&schema} {}
 
   [[nodiscard]] Section section(const std::string& name) const { return {*schema_, path(name)}; }
+  /// The same of a table that may be a file of its own: `name = "FILE"`.
+  [[nodiscard]] Section section_or_file(const std::string& name) const {
+    schema_->files.push_back(path(name));
+    return section(name);
+  }
 
   void number(const char* key, NumberMember x, const Quantity& q) override {
-    add(key, q.unit, q.meaning,
-        NumberField{{q.min, q.max}, [x] { return x.get(); }, [x](double value) { x.set(value); }}, q.changes);
+    add(key, q, x, [x] { return x.get(); });
   }
 
   /// A derivation leads from `given` to `value`. Where no value within the range follows, the file must set
   /// the key.
   void derived(const char* key, NumberMember given, NumberValue value, const Quantity& q) override {
-    add(key, q.unit, q.meaning,
-        NumberField{{q.min, q.max},
-                    [value] { return std::optional{value.get()}; },
-                    [given](double x) { given.set(x); }},
-        q.changes);
+    add(key, q, given, [value] { return value.get(); });
     schema_->fields.back().derived = true;
     require_usable(
         key, [given] { return given.get().has_value(); }, [value] { return value.get(); }, q,
@@ -176,13 +181,12 @@ class Section final : public Description {
   void defaulted_by(const char* key, NumberMember x, const std::function<void()>& set_default,
                     const Quantity& q, const char* otherwise = no_usable_value) {
     const auto is_given = std::make_shared<bool>(false);
-    add(key, q.unit, q.meaning,
-        NumberField{{q.min, q.max},
-                    [x] { return x.get(); },
-                    [x, is_given](double value) {
-                      x.set(value);
-                      *is_given = true;
-                    }},
+    add(key, q.unit, q.meaning, NumberKind{{q.min, q.max}},
+        {[x] { return x.get(); },
+         [x, is_given](const Value& value) {
+           x.set(std::get<double>(value));
+           *is_given = true;
+         }},
         q.changes);
     schema_->fields.back().derived = true;
     derive([is_given, set_default] {
@@ -193,56 +197,64 @@ class Section final : public Description {
 
   void integer(const char* key, IntegerMember x, const char* unit, std::int64_t min, std::int64_t max,
                const char* meaning, Changes changes) override {
-    add(key, unit, meaning,
-        IntegerField{
-            {min, max}, [x] { return std::optional{x.get()}; }, [x](std::int64_t value) { x.set(value); }},
+    add(key, unit, meaning, IntegerKind{{min, max}},
+        {[x] { return x.get(); }, [x](const Value& value) { x.set(std::get<std::int64_t>(value)); }},
         changes);
   }
 
   void flag(const char* key, bool& x, const char* meaning, Changes changes) override {
-    add(key, "", meaning, FlagField{[&x] { return x; }, [&x](bool value) { x = value; }}, changes);
+    add(key, "", meaning, FlagKind{}, access(x), changes);
   }
 
   void text(const char* key, TextMember x, const char* meaning, bool may_be_empty) override {
-    add(key, "", meaning,
-        TextField{may_be_empty, [x] { return std::string{x.get()}; },
-                  [x](const std::string& value) { x.set(value); }});
+    add(key, "", meaning, TextKind{may_be_empty},
+        {[x] { return std::string{x.get()}; },
+         [x](const Value& value) { x.set(std::get<std::string>(value)); }});
   }
 
   void choice(const char* key, IntegerMember x, std::span<const Choice<std::int64_t>> choices,
               const char* meaning, Changes changes) override {
-    const std::vector<Choice<std::int64_t>> known{choices.begin(), choices.end()};
-    std::vector<std::string> names;
-    names.reserve(known.size());
-    for (const Choice<std::int64_t>& c : known) names.emplace_back(c.name);
-    const auto get = [x, known] {
-      for (const Choice<std::int64_t>& c : known) {
-        if (c.value == x.get()) return std::string{c.name};
-      }
-      return std::string{};
-    };
-    const auto set = [x, known](std::string_view name) {
-      for (const Choice<std::int64_t>& c : known) {
-        if (c.name == name) x.set(c.value);
-      }
-    };
-    add(key, "", meaning, ChoiceField{std::move(names), get, set}, changes);
+    choose(
+        key, {choices.begin(), choices.end()}, meaning, [x] { return std::optional{x.get()}; },
+        [x](std::int64_t value) { x.set(value); });
+    schema_->fields.back().changes = changes;
+  }
+
+  /// The same of a member that may be left out. unset: the name of that; null: the key is not set then.
+  template <class E>
+  void choice(const char* key, std::optional<E>& x, std::type_identity_t<std::span<const Choice<E>>> choices,
+              const std::string& meaning, const char* unset) {
+    std::optional<std::int64_t> none;
+    std::vector<Choice<std::int64_t>> known;
+    for (const Choice<E>& c : choices) {
+      known.push_back({c.name, std::int64_t(c.value)});
+      if (unset != nullptr && std::string_view{c.name} == unset) none = known.back().value;
+    }
+    if (unset != nullptr && !none) known.insert(known.begin(), {unset, *(none = -1)});
+    choose(
+        key, std::move(known), meaning, [&x, none] { return x ? std::optional{std::int64_t(*x)} : none; },
+        [&x](std::int64_t value) {
+          if (value < 0)
+            x.reset();
+          else
+            x = E(value);
+        });
+  }
+
+  /// One of `names`, as a string.
+  void name(const char* key, std::string& x, Names names, const std::string& meaning) {
+    add(key, "", meaning, ChoiceKind{std::move(names)}, access(x));
   }
 
   void points(const char* key, PointsMember x, const Axis& first, const Axis& second, const char* unit,
               const char* meaning) override {
     const auto get = [x] {
-      PointsField::Pairs pairs;
-      for (std::size_t k = 0; k < x.size(); ++k) pairs.push_back(x.get(k));
-      return pairs;
+      Points points;
+      for (std::size_t k = 0; k < x.size(); ++k) points.push_back(x.get(k));
+      return points;
     };
-    add(key, unit, meaning,
-        PointsField{{first.min, first.max},
-                    {second.min, second.max},
-                    get,
-                    [x](const PointsField::Pairs& pairs) { x.set(pairs); },
-                    first.name,
-                    second.name});
+    add(key, unit, meaning, PointsKind{first, second},
+        {get, [x](const Value& points) { x.set(std::get<Points>(points)); }});
   }
 
   void enter(const char* table) override { path_ = path(table); }
@@ -255,24 +267,18 @@ class Section final : public Description {
   /// sentence when it cannot.
   void file(const std::string& key, std::string& member, const char* columns, const char* meaning,
             std::function<void(const std::string&)> read) {
-    const auto set = [&member, read = std::move(read)](const std::string& path) -> std::string {
-      try {
-        read(path);
-      } catch (const std::runtime_error& problem) {
-        return problem.what();
-      }
-      member = std::filesystem::absolute(path).lexically_normal().string();
-      return {};
-    };
-    add(key, "", meaning, FileField{columns, [&member] { return member; }, set});
+    add(key, "", meaning, FileKind{columns},
+        {[&member] { return member.empty() ? std::nullopt : std::optional<Value>{member}; },
+         [&member, read = std::move(read)](const Value& value) {
+           const auto& path = std::get<std::string>(value);
+           read(path);
+           member = std::filesystem::absolute(path).lexically_normal().string();
+         }});
   }
 
   /// A list of names, each one of `known`, which `what` sums up.
-  void names(const std::string& key, std::vector<std::string>& member, std::vector<std::string> known,
-             std::string what, const char* meaning) {
-    add(key, "", meaning,
-        NamesField{std::move(known), std::move(what), [&member] { return member; },
-                   [&member](std::vector<std::string> x) { member = std::move(x); }});
+  void names(const std::string& key, Names& member, Names known, std::string what, const char* meaning) {
+    add(key, "", meaning, NamesKind{std::move(known), std::move(what)}, access(member));
   }
 
   /// A list of tables, [[key]]; `describe_item` describes the section of one of them.
@@ -289,10 +295,14 @@ class Section final : public Description {
   }
 
   /// Any other way to and from a member.
-  void add(const std::string& key, const char* unit, const char* meaning, FieldKind kind,
-           Changes changes = Changes::never) {
-    schema_->fields.push_back(
-        {.path = path(key), .unit = unit, .meaning = meaning, .kind = std::move(kind), .changes = changes});
+  void add(const std::string& key, const char* unit, const std::string& meaning, FieldKind kind,
+           Access member, Changes changes = Changes::never) {
+    schema_->fields.push_back({.path = path(key),
+                               .unit = unit,
+                               .meaning = meaning,
+                               .kind = std::move(kind),
+                               .member = std::move(member),
+                               .changes = changes});
   }
 
   /// The keys described so far within this section may change then, or earlier where it is said.
@@ -336,17 +346,41 @@ class Section final : public Description {
   void check(const Parameters& parameters)
     requires requires { parameters.validate(); }
   {
-    check([&parameters]() -> std::string {
-      if constexpr (std::same_as<decltype(parameters.validate()), const char*>) {
-        const char* problem = parameters.validate();
-        return problem == nullptr ? "" : problem;
-      } else {
-        return parameters.validate();
-      }
-    });
+    check([&parameters] { return sentence(parameters.validate()); });
   }
 
  private:
+  /// One of several names, each for a number.
+  void choose(const char* key, std::vector<Choice<std::int64_t>> known, const std::string& meaning,
+              std::function<std::optional<std::int64_t>()> get, std::function<void(std::int64_t)> set) {
+    Names names;
+    for (const Choice<std::int64_t>& c : known) names.emplace_back(c.name);
+    const auto name_now = [known, get = std::move(get)]() -> std::optional<Value> {
+      const std::optional<std::int64_t> now = get();
+      for (const Choice<std::int64_t>& c : known) {
+        if (now == c.value) return c.name;
+      }
+      return {};
+    };
+    const auto take = [known, set = std::move(set)](const Value& name) {
+      for (const Choice<std::int64_t>& c : known) {
+        if (std::get<std::string>(name) == c.name) set(c.value);
+      }
+    };
+    add(key, "", meaning, ChoiceKind{std::move(names)}, {name_now, take});
+  }
+
+  /// To and from a member that is a value itself.
+  template <class T>
+  static Access access(T& x) {
+    return {[&x] { return x; }, [&x](const Value& value) { x = std::get<T>(value); }};
+  }
+
+  void add(const char* key, const Quantity& q, NumberMember x, std::function<std::optional<Value>()> get) {
+    add(key, q.unit, q.meaning, NumberKind{{q.min, q.max}},
+        {std::move(get), [x](const Value& value) { x.set(std::get<double>(value)); }}, q.changes);
+  }
+
   Section(Schema& schema, std::string path) : schema_{&schema}, path_{std::move(path)} {}
 
   /// The number of a key is given, or what follows for it is within its range.
