@@ -95,7 +95,7 @@ def test_coupled_keys_are_one_axis() -> None:
     keys = ["drive.period_us", "control.flux_reference_wb", "control.dtc.torque_band_upper_nm"]
     rows = [tuple(row) for row in frame[keys].to_numpy()]
     assert rows == [(25, 0.9, 0.5), (25, 1.1, 0.9), (50, 0.9, 0.5), (50, 1.1, 0.9)]
-    assert frame["status"].tolist() == ["ok"] * 4
+    assert frame["torque_ripple_pp_nm"].nunique() == 4  # each was run
 
 
 def test_coupled_keys_may_stand_alone() -> None:
@@ -111,7 +111,7 @@ def test_a_list_of_points_is_the_file_of_scripts_sweep(tmp_path: Path, monkeypat
     frame = sextant.sweep(SCENARIO, points="points.csv", overrides=QUICK)
     assert frame["drive.period_us"].tolist() == [25, 50]
     assert frame["control.flux_reference_wb"].tolist() == [0.9, 1.1]
-    assert frame["status"].tolist() == ["ok"] * 2
+    assert frame["torque_ripple_pp_nm"].nunique() == 2  # each was run
 
 
 RANGE = {"machine.r_s_ohm": (0.39, 0.48)}
