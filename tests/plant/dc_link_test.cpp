@@ -510,7 +510,10 @@ TEST(DcLink, ALossOfTheInverterLeavesAnEmptyLinkAlone) {
   const auto current = [&](double u) {
     std::array<double, 5> y{}, dy{};
     y[DcLink<double>::voltage] = u;
-    link.derivative({.u_given = source_u, .inverter_loss = p}, y, dy);
+    PlantQuantities<> q{};
+    q.u_given = source_u;
+    q.inverter_loss = p;
+    link.derivative(q, y, dy);
     return (source_u - u) / resistance - capacitance * dy[DcLink<double>::voltage];
   };
   for (const double u : {500.0, 200.0, 50.0}) EXPECT_NEAR(current(u), p / u, 1e-9);
