@@ -101,17 +101,14 @@ EcuConfig load_drive(Layer layer, const std::vector<DriveOverride>& overrides, c
   return load_ecu(std::move(layer), texts, own);
 }
 
-/// Throws where an override is for a drive that is not there.
-void require_drives(const std::vector<DriveOverride>& overrides, const DrivesConfig& config) {
-  std::string ids;
-  for (const EcuConfig& drive : config.drives)
-    ids += (ids.empty() ? "" : ", ") + std::to_string(drive.drive_id);
+/// Throws where an override is for a drive that is not there. ids: of the drives, as overrides name them.
+void require_drives(const std::vector<DriveOverride>& overrides, const std::vector<int>& ids) {
+  std::string known;
+  for (const int id : ids) known += (known.empty() ? "" : ", ") + std::to_string(id);
   for (const DriveOverride& given : overrides) {
-    const bool is_there = std::ranges::any_of(
-        config.drives, [&given](const EcuConfig& drive) { return given.counts_for(drive.drive_id); });
-    if (is_there) continue;
+    if (std::ranges::any_of(ids, [&given](int id) { return given.counts_for(id); })) continue;
     throw ConfigError{{{"--set", 0, for_drive(given.drive_id.value_or(0), given.text),
-                        "no drive has this drive_id; there is " + ids}}};
+                        "no drive has this drive_id; there is " + known}}};
   }
 }
 
@@ -159,22 +156,25 @@ DrivesConfig load_drives_config(const std::string& file, const std::vector<std::
   for (const std::string& text : overrides) given.push_back(drive_override(text));
   const toml::node* const found = layer.table.get(drive_tables);
   if (found == nullptr || !found->is_array()) {
-    DrivesConfig config{.drives = {load_drive(std::move(layer), given, own)}};
-    require_drives(given, config);
-    return config;
+    require_drives(given, {drive_id_of(layer, given)});
+    return {.drives = {load_drive(std::move(layer), given, own)}};
   }
   if (!found->is_array_of_tables())
     throw ConfigError{{layer.problem(found, drive_tables, "expected [[drive]] tables, one to eight")}};
   toml::array tables = std::move(*layer.table.get(drive_tables)->as_array());
   layer.table.erase(drive_tables);
+  const std::vector<DriveOverride> all = given;
+  std::vector<int> ids;
   DrivesConfig config = load_process(std::move(layer), given);
   for (toml::node& table : tables) {
     const auto line = static_cast<int>(table.source().begin.line);
-    config.drives.push_back(load_drive({file, "", false, std::move(*table.as_table())}, given, own));
+    Layer drive{file, "", false, std::move(*table.as_table())};
+    ids.push_back(drive_id_of(drive, given));
+    config.drives.push_back(load_drive(std::move(drive), given, own));
     if (std::string problem = check_last_drive(config); !problem.empty())
       throw ConfigError{{{file, line, drive_tables, std::move(problem)}}};
   }
-  require_drives(given, config);
+  require_drives(all, ids);
   return config;
 }
 

@@ -34,8 +34,8 @@ bool is_control(char byte) {
 void refuse_control(const TextLines& lines, const std::string& line) {
   const auto found = std::ranges::find_if(line, is_control);
   if (found == line.end()) return;
-  lines.refuse(
-      fmt::format("the byte 0x{:02x} is no text; save the file as text in UTF-8, or remove that byte", *found));
+  lines.refuse(fmt::format(
+      "the byte 0x{:02x} is no text; save the file as text in UTF-8, or remove that byte", *found));
 }
 
 /// A cell without the quotes that it stands in; "" in these is one quote.
@@ -72,7 +72,8 @@ std::vector<std::string> cells_of(std::string_view line) {
 double number(const std::string& cell) {
   double x{};
   const char* const end = cell.data() + cell.size();
-  const bool has_plus = cell.size() > 1 && cell[0] == '+' && cell[1] != '-';  // which from_chars does not read
+  const bool has_plus =
+      cell.size() > 1 && cell[0] == '+' && cell[1] != '-';  // which from_chars does not read
   const auto result = std::from_chars(cell.data() + (has_plus ? 1 : 0), end, x);
   const bool whole = result.ec == std::errc{} && result.ptr == end;
   return whole && std::isfinite(x) ? x : std::nan("");

@@ -46,7 +46,8 @@ std::string validate_point(const std::vector<ProfilePoint>& points, std::size_t 
     return {};
   }
   const std::int64_t gap_ns = to_ns(t_s) - to_ns(points[k - 1].t_s);
-  if (gap_ns < 0) return fmt::format("point {}: the time goes back from {} to {} s", k, points[k - 1].t_s, t_s);
+  if (gap_ns < 0)
+    return fmt::format("point {}: the time goes back from {} to {} s", k, points[k - 1].t_s, t_s);
   if (gap_ns == 0 && shape == ProfileShape::steps) {
     return fmt::format("point {}: {} s is the time of point {} too", k, t_s, k - 1);
   }

@@ -82,6 +82,29 @@ TEST(DrivesConfig, AnOverrideCountsForOneDriveByItsId) {
   EXPECT_THAT(refusal(two, {"drive[5].drive.period=50"}), HasSubstr("drive.period"));
 }
 
+TEST(DrivesConfig, AnOverrideForADriveThatIsNotThereIsRefusedWhateverItsKey) {
+  for (const char* key : {"on_fault=all_shut_down", "drive_id=3", "drive.period_us=50"}) {
+    const std::string setting = std::string{"drive[9]."} + key;
+    EXPECT_THAT(refusal(two, {setting}),
+                HasSubstr("--set: " + setting + ": no drive has this drive_id; there is 1, 5"));
+  }
+}
+
+TEST(DrivesConfig, OverridesNameADriveByTheIdThatItHasInItsFile) {
+  const auto ids = [](const DrivesConfig& config) {
+    std::vector<int> found;
+    for (const EcuConfig& drive : config.drives) found.push_back(drive.drive_id);
+    return found;
+  };
+  EXPECT_THAT(ids(loaded(two, {"drive[5].drive_id=3"})), ElementsAre(1, 3));
+  EXPECT_EQ(
+      loaded(two, {"drive[5].drive_id=3", "drive[5].drive.period_us=50"}).drives[1].drive.drive.period_ns,
+      50'000);
+  EXPECT_THAT(refusal(two, {"drive[5].drive_id=3", "drive[3].drive.period_us=50"}),
+              HasSubstr("drive[3].drive.period_us=50: no drive has this drive_id; there is 1, 5"));
+  EXPECT_THAT(ids(load_drives_config(shipped_ecu, {"drive[1].drive_id=3"})), ElementsAre(3));
+}
+
 TEST(DrivesConfig, AFileOfOneDriveTakesItsIdToo) {
   EXPECT_EQ(
       load_drives_config(shipped_ecu, {"drive[1].drive.period_us=50"}).drives.front().drive.drive.period_ns,
