@@ -1,8 +1,8 @@
 #pragma once
 
 #include "sextant/core/drive_io.hpp"
-#include "sextant/realtime/latest_value.hpp"
 #include "sextant/power_stage/faultable_drive_io.hpp"
+#include "sextant/realtime/latest_value.hpp"
 
 namespace sextant {
 

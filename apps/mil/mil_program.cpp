@@ -27,10 +27,10 @@
 #include "reports/status_table.hpp"
 #include "sextant/config/load_config.hpp"
 #include "sextant/config/make_controller.hpp"
-#include "sextant/run/mil_runner.hpp"
 #include "sextant/power_stage/simulated_power_stage.hpp"
 #include "sextant/recording/trace_recorder.hpp"
 #include "sextant/recording/trace_threads.hpp"
+#include "sextant/run/mil_runner.hpp"
 #include "sextant/run/verdict.hpp"
 
 namespace {

@@ -7,11 +7,11 @@
 
 #include "common/outcome.hpp"
 #include "reports/run_reports.hpp"
+#include "sextant/power_stage/simulated_power_stage.hpp"
+#include "sextant/recording/trace_recorder.hpp"
 #include "sextant/run/mil_runner.hpp"
 #include "sextant/run/scenario.hpp"
-#include "sextant/power_stage/simulated_power_stage.hpp"
 #include "sextant/run/summary.hpp"
-#include "sextant/recording/trace_recorder.hpp"
 
 namespace sextant::reports {
 

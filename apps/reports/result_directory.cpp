@@ -9,8 +9,8 @@
 
 #include <sys/stat.h>
 
-#include "sextant/run/summary.hpp"
 #include "sextant/recording/trace_recorder.hpp"
+#include "sextant/run/summary.hpp"
 
 namespace sextant::reports {
 namespace {

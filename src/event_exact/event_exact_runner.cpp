@@ -8,13 +8,13 @@
 
 #include "event_exact_reference.hpp"
 #include "event_exact_trace.hpp"
-#include "sextant/run/plant_look.hpp"
-#include "sextant/run/progress_ticker.hpp"
-#include "sextant/run/run_metrics.hpp"
 #include "sextant/drive/fault_memory.hpp"
 #include "sextant/event_exact/cvode_event_engine.hpp"
 #include "sextant/event_exact/event_exact_simulation.hpp"
 #include "sextant/event_exact/fixed_step_event_engine.hpp"
+#include "sextant/run/plant_look.hpp"
+#include "sextant/run/progress_ticker.hpp"
+#include "sextant/run/run_metrics.hpp"
 
 namespace sextant {
 namespace {

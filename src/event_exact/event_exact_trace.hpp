@@ -5,10 +5,10 @@
 #include <cstdint>
 #include <limits>
 
-#include "sextant/run/plant_look.hpp"
 #include "sextant/event_exact/event_exact_system.hpp"
 #include "sextant/recording/plant_envelope.hpp"
 #include "sextant/recording/trace_recorder.hpp"
+#include "sextant/run/plant_look.hpp"
 
 namespace sextant {
 

@@ -3,8 +3,8 @@
 #include <chrono>
 
 #include "observed_run.hpp"
-#include "sextant/run/progress_ticker.hpp"
 #include "sextant/drive/run_cycle.hpp"
+#include "sextant/run/progress_ticker.hpp"
 
 namespace sextant {
 namespace {

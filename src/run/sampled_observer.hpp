@@ -4,13 +4,13 @@
 #include <cstdint>
 #include <span>
 
-#include "sextant/run/plant_look.hpp"
-#include "sextant/run/run_metrics.hpp"
 #include "sextant/control/direct_torque_controller.hpp"
 #include "sextant/plant/energy_meter.hpp"
-#include "sextant/run/scenario_commands.hpp"
 #include "sextant/power_stage/segment_log.hpp"
 #include "sextant/recording/trace_recorder.hpp"
+#include "sextant/run/plant_look.hpp"
+#include "sextant/run/run_metrics.hpp"
+#include "sextant/run/scenario_commands.hpp"
 
 namespace sextant {
 

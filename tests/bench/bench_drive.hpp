@@ -4,8 +4,8 @@
 
 #include "sextant/control/direct_torque_controller.hpp"
 #include "sextant/drive/run_cycle.hpp"
-#include "sextant/run/scenario_commands.hpp"
 #include "sextant/power_stage/simulated_power_stage.hpp"
+#include "sextant/run/scenario_commands.hpp"
 
 namespace sextant::bench {
 

@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "sextant/config/make_controller.hpp"
+#include "sextant/power_stage/simulated_power_stage.hpp"
 #include "sextant/run/mil_runner.hpp"
 #include "sextant/run/scenario_commands.hpp"
-#include "sextant/power_stage/simulated_power_stage.hpp"
 
 namespace sextant::bench {
 

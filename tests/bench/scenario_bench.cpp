@@ -9,9 +9,9 @@
 #include "sextant/config/load_config.hpp"
 #include "sextant/config/make_controller.hpp"
 #include "sextant/event_exact/event_exact_runner.hpp"
-#include "sextant/run/mil_runner.hpp"
 #include "sextant/power_stage/simulated_power_stage.hpp"
 #include "sextant/recording/trace_recorder.hpp"
+#include "sextant/run/mil_runner.hpp"
 #include "support/source_directory.hpp"
 
 namespace sextant::bench {

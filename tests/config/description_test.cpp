@@ -30,6 +30,7 @@
 #include "sextant/drive/optimal_flux.hpp"
 #include "sextant/drive/protection_setup.hpp"
 #include "sextant/drive/torque_monitor_setup.hpp"
+#include "sextant/event_exact/event_exact_parameters.hpp"
 #include "sextant/hil/hil_parameters.hpp"
 #include "sextant/plant/conduction_drops.hpp"
 #include "sextant/plant/cvode_parameters.hpp"
@@ -44,13 +45,12 @@
 #include "sextant/plant/magnetising_points.hpp"
 #include "sextant/plant/thermal_parameters.hpp"
 #include "sextant/plant/vehicle_parameters.hpp"
-#include "sextant/realtime/realtime_parameters.hpp"
 #include "sextant/power_stage/encoder.hpp"
-#include "sextant/event_exact/event_exact_parameters.hpp"
 #include "sextant/power_stage/plant_fault.hpp"
 #include "sextant/power_stage/resolver.hpp"
 #include "sextant/power_stage/sensor_model.hpp"
 #include "sextant/power_stage/sin_cos_encoder.hpp"
+#include "sextant/realtime/realtime_parameters.hpp"
 
 namespace sextant {
 namespace {

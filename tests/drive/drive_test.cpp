@@ -781,7 +781,8 @@ TYPED_TEST(DriveOf, WithoutLinkVoltageThereIsNoTorque) {
   EXPECT_EQ(this->run(ms).telemetry.state, DriveState::torque);
 }
 
-// The rules on sequences of measurements are tested in the whole drive: tests/virtual_time/fault_list_test.cpp.
+// The rules on sequences of measurements are tested in the whole drive:
+// tests/virtual_time/fault_list_test.cpp.
 TYPED_TEST(DriveOf, AMeasurementBeyondATripLevelTripsADriveThatMakesTorque) {
   using T = TypeParam;
   constexpr T beyond = T(1e3);

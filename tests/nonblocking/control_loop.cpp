@@ -14,13 +14,13 @@
 #include "sextant/plant/energy_meter.hpp"
 #include "sextant/plant/exact_integrator.hpp"
 #include "sextant/plant/fixed_step_integrator.hpp"
+#include "sextant/power_stage/segment_log.hpp"
+#include "sextant/power_stage/simulated_drive_io.hpp"
 #include "sextant/realtime/latency_histogram.hpp"
 #include "sextant/realtime/latest_value.hpp"
 #include "sextant/realtime/ring.hpp"
 #include "sextant/realtime/wake_schedule.hpp"
 #include "sextant/run/scenario_commands.hpp"
-#include "sextant/power_stage/segment_log.hpp"
-#include "sextant/power_stage/simulated_drive_io.hpp"
 
 namespace sextant {
 

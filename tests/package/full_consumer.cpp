@@ -5,8 +5,8 @@
 #include "sextant/comms/command_receiver.hpp"
 #include "sextant/config/load_config.hpp"
 #include "sextant/config/make_controller.hpp"
-#include "sextant/run/mil_runner.hpp"
 #include "sextant/power_stage/simulated_power_stage.hpp"
+#include "sextant/run/mil_runner.hpp"
 
 int main(int argc, char** argv) {
   if (argc != 2) return 2;

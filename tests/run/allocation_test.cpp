@@ -5,10 +5,10 @@
 
 #include <gtest/gtest.h>
 
+#include "run/drive_rig.hpp"
 #include "sextant/core/torque_command.hpp"
 #include "sextant/realtime/latest_value.hpp"
 #include "sextant/realtime/ring.hpp"
-#include "run/drive_rig.hpp"
 #include "support/allocation_counter.hpp"
 
 namespace sextant {

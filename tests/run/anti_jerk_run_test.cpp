@@ -10,8 +10,8 @@
 #include <Eigen/Eigenvalues>
 #include <gtest/gtest.h>
 
-#include "sextant/drive/run_cycle.hpp"
 #include "run/machine_run.hpp"
+#include "sextant/drive/run_cycle.hpp"
 
 namespace sextant {
 namespace {

@@ -12,10 +12,10 @@
 
 #include <gtest/gtest.h>
 
+#include "run/drive_rig.hpp"
 #include "sextant/control/field_oriented_controller.hpp"
 #include "sextant/plant/mean_duties.hpp"
 #include "sextant/power_stage/dead_time.hpp"
-#include "run/drive_rig.hpp"
 
 namespace sextant {
 namespace {

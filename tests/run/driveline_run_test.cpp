@@ -8,9 +8,9 @@
 
 #include <gtest/gtest.h>
 
+#include "run/machine_run.hpp"
 #include "sextant/drive/run_cycle.hpp"
 #include "sextant/run/scenario_commands.hpp"
-#include "run/machine_run.hpp"
 #include "support/source_directory.hpp"
 
 namespace sextant {

@@ -8,10 +8,10 @@
 
 #include <gtest/gtest.h>
 
+#include "run/drive_rig.hpp"
 #include "sextant/plant/vehicle_parameters.hpp"
 #include "sextant/profiles/driver.hpp"
 #include "sextant/run/mil_runner.hpp"
-#include "run/drive_rig.hpp"
 
 namespace sextant {
 namespace {

@@ -9,9 +9,9 @@
 
 #include <gtest/gtest.h>
 
+#include "run/drive_rig.hpp"
 #include "sextant/control/controller_list.hpp"
 #include "sextant/control/field_oriented_controller.hpp"
-#include "run/drive_rig.hpp"
 
 namespace sextant {
 namespace {

@@ -4,8 +4,8 @@
 
 #include <gtest/gtest.h>
 
-#include "sextant/control/field_oriented_controller.hpp"
 #include "run/drive_rig.hpp"
+#include "sextant/control/field_oriented_controller.hpp"
 
 namespace sextant {
 namespace {

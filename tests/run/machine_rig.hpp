@@ -5,8 +5,8 @@
 #include <functional>
 #include <memory>
 
-#include "sextant/drive/run_cycle.hpp"
 #include "run/machine_run.hpp"
+#include "sextant/drive/run_cycle.hpp"
 
 namespace sextant {
 

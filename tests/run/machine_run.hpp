@@ -11,8 +11,8 @@
 #include "sextant/config/load_config.hpp"
 #include "sextant/config/make_controller.hpp"
 #include "sextant/core/drive_limits.hpp"
-#include "sextant/run/mil_runner.hpp"
 #include "sextant/power_stage/simulated_power_stage.hpp"
+#include "sextant/run/mil_runner.hpp"
 
 namespace sextant {
 

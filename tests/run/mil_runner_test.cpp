@@ -9,8 +9,8 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include "sextant/recording/trace_recorder.hpp"
 #include "run/drive_rig.hpp"
+#include "sextant/recording/trace_recorder.hpp"
 
 namespace sextant {
 namespace {

@@ -8,10 +8,10 @@
 
 #include <gtest/gtest.h>
 
+#include "run/drive_rig.hpp"
 #include "sextant/plant/fixed_step_integrator.hpp"
 #include "sextant/run/mil_runner.hpp"
 #include "sextant/run/scenario_commands.hpp"
-#include "run/drive_rig.hpp"
 
 namespace sextant {
 namespace {

@@ -6,9 +6,9 @@
 
 #include <gtest/gtest.h>
 
+#include "run/drive_rig.hpp"
 #include "sextant/control/deadbeat_controller.hpp"
 #include "sextant/control/field_oriented_controller.hpp"
-#include "run/drive_rig.hpp"
 
 namespace sextant {
 namespace {

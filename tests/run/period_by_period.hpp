@@ -4,11 +4,11 @@
 
 #include <gtest/gtest.h>
 
+#include "run/machine_run.hpp"
 #include "sextant/core/nonblocking.hpp"
 #include "sextant/core/telemetry.hpp"
 #include "sextant/drive/run_cycle.hpp"
 #include "sextant/run/scenario_commands.hpp"
-#include "run/machine_run.hpp"
 
 namespace sextant {
 

@@ -5,9 +5,9 @@
 
 #include <gtest/gtest.h>
 
-#include "sextant/control/field_oriented_controller.hpp"
 #include "run/drive_rig.hpp"
 #include "run/machine_run.hpp"
+#include "sextant/control/field_oriented_controller.hpp"
 
 namespace sextant {
 namespace {

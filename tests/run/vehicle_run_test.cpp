@@ -6,11 +6,11 @@
 
 #include <gtest/gtest.h>
 
+#include "run/drive_rig.hpp"
 #include "sextant/drive/run_cycle.hpp"
 #include "sextant/plant/vehicle_parameters.hpp"
 #include "sextant/run/mil_runner.hpp"
 #include "sextant/run/scenario_commands.hpp"
-#include "run/drive_rig.hpp"
 
 namespace sextant {
 namespace {

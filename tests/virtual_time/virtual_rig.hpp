@@ -11,11 +11,11 @@
 #include "ecu/virtual_time/virtual_ecu.hpp"
 #include "sextant/config/load_config.hpp"
 #include "sextant/control/direct_torque_controller.hpp"
+#include "sextant/power_stage/simulated_power_stage.hpp"
 #include "sextant/virtual_time/disturbed_drive_io.hpp"
 #include "sextant/virtual_time/log_replay.hpp"
 #include "sextant/virtual_time/random_bus_events.hpp"
 #include "sextant/virtual_time/virtual_vehicle.hpp"
-#include "sextant/power_stage/simulated_power_stage.hpp"
 #include "support/source_directory.hpp"
 
 namespace sextant::test {

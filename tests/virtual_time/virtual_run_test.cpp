@@ -6,8 +6,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "virtual_time/virtual_rig.hpp"
 #include "sextant/comms/status_encoder.hpp"
+#include "virtual_time/virtual_rig.hpp"
 
 namespace sextant::test {
 namespace {

@@ -8,10 +8,10 @@
 #include "ecu/telemetry/telemetry_file.hpp"
 #include "ecu/unit/drive_unit.hpp"
 #include "ecu/virtual_time/virtual_unit.hpp"
+#include "sextant/run/verdict.hpp"
 #include "sextant/virtual_time/run_recorder.hpp"
 #include "sextant/virtual_time/virtual_can_bus.hpp"
 #include "sextant/virtual_time/virtual_vehicle.hpp"
-#include "sextant/run/verdict.hpp"
 
 namespace sextant::ecu {
 

@@ -16,11 +16,11 @@
 #include "ecu/virtual_time/timed_changes.hpp"
 #include "ecu/virtual_time/virtual_ecu.hpp"
 #include "sextant/config/drives_config.hpp"
+#include "sextant/profiles/profile.hpp"
+#include "sextant/run/verdict.hpp"
 #include "sextant/virtual_time/candump_log.hpp"
 #include "sextant/virtual_time/log_replay.hpp"
 #include "sextant/virtual_time/virtual_vehicle.hpp"
-#include "sextant/profiles/profile.hpp"
-#include "sextant/run/verdict.hpp"
 
 namespace sextant::ecu {
 

@@ -5,10 +5,10 @@
 
 #include "ecu/tasks/can_report.hpp"
 #include "ecu/unit/drive_unit.hpp"
+#include "sextant/realtime/wake_schedule.hpp"
 #include "sextant/virtual_time/late_wakes.hpp"
 #include "sextant/virtual_time/run_recorder.hpp"
 #include "sextant/virtual_time/virtual_timeline.hpp"
-#include "sextant/realtime/wake_schedule.hpp"
 
 namespace sextant::ecu {
 

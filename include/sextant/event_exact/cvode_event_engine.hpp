@@ -1,9 +1,9 @@
 #pragma once
 
-#include "sextant/plant/cvode_parameters.hpp"
-#include "sextant/plant/cvode_solver.hpp"
 #include "sextant/event_exact/event_engine_outcome.hpp"
 #include "sextant/event_exact/event_exact_system.hpp"
+#include "sextant/plant/cvode_parameters.hpp"
+#include "sextant/plant/cvode_solver.hpp"
 
 namespace sextant {
 

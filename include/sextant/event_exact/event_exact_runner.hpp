@@ -1,13 +1,13 @@
 #pragma once
 
 #include "sextant/control/direct_torque_controller.hpp"
+#include "sextant/event_exact/event_exact_parameters.hpp"
 #include "sextant/plant/cvode_parameters.hpp"
 #include "sextant/plant/drive_plant_parameters.hpp"
-#include "sextant/safety/protection.hpp"
-#include "sextant/event_exact/event_exact_parameters.hpp"
+#include "sextant/power_stage/simulated_power_stage.hpp"
 #include "sextant/run/mil_runner.hpp"
 #include "sextant/run/scenario.hpp"
-#include "sextant/power_stage/simulated_power_stage.hpp"
+#include "sextant/safety/protection.hpp"
 
 namespace sextant {
 

@@ -2,9 +2,9 @@
 
 #include <array>
 
-#include "sextant/plant/hermite_path.hpp"
 #include "sextant/event_exact/event_engine_outcome.hpp"
 #include "sextant/event_exact/event_exact_system.hpp"
+#include "sextant/plant/hermite_path.hpp"
 
 namespace sextant {
 

@@ -9,10 +9,10 @@
 
 #include "sextant/control/controller.hpp"
 #include "sextant/drive/drive.hpp"
+#include "sextant/power_stage/simulated_power_stage.hpp"
 #include "sextant/run/cycle_following.hpp"
 #include "sextant/run/metric_list.hpp"
 #include "sextant/run/scenario.hpp"
-#include "sextant/power_stage/simulated_power_stage.hpp"
 #include "sextant/run/torque_answer.hpp"
 
 namespace sextant {

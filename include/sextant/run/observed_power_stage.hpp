@@ -5,9 +5,9 @@
 
 #include "sextant/control/controller.hpp"
 #include "sextant/power_stage/faultable_drive_io.hpp"
+#include "sextant/power_stage/simulated_power_stage.hpp"
 #include "sextant/run/mil_runner.hpp"
 #include "sextant/run/scenario.hpp"
-#include "sextant/power_stage/simulated_power_stage.hpp"
 
 namespace sextant {
 

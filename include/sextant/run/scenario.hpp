@@ -5,12 +5,12 @@
 #include <string>
 #include <vector>
 
-#include "sextant/profiles/driver.hpp"
-#include "sextant/run/expectation.hpp"
 #include "sextant/power_stage/mechanical_load.hpp"
-#include "sextant/run/metrics.hpp"
+#include "sextant/profiles/driver.hpp"
 #include "sextant/profiles/profile.hpp"
 #include "sextant/recording/trace_recorder.hpp"
+#include "sextant/run/expectation.hpp"
+#include "sextant/run/metrics.hpp"
 
 namespace sextant {
 
