@@ -13,6 +13,7 @@ from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 from sextant_py import identify_picture
 from sextant_py.identify_inertia import Inertia
+from studies import json_file
 from studies.bench import plots as bench
 from studies.bench.histogram import Histogram
 from studies.controllers import compare_controllers
@@ -72,15 +73,17 @@ def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
 
 
 def draw_library(file: Path) -> None:
-    figure.draw(machines.load(machine_library.RESULTS), file)
+    figure.draw(json_file.read(machine_library.RESULTS, machines.Results, "machine_library"), file)
 
 
 def draw_controllers(file: Path) -> None:
-    controllers.draw(compare_controllers.Results.load(compare_controllers.RESULTS), file.parent)
+    results = json_file.read(compare_controllers.RESULTS, compare_controllers.Results, "compare_controllers")
+    controllers.draw(results, file.parent)
 
 
 def draw_motulator(file: Path) -> None:
-    motulator.draw(compare_motulator.Results.load(compare_motulator.RESULTS), file)
+    results = json_file.read(compare_motulator.RESULTS, compare_motulator.Results, "compare_motulator")
+    motulator.draw(results, file)
 
 
 def draw_precision(file: Path) -> None:
