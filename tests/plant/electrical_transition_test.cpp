@@ -8,6 +8,8 @@
 #include <gtest/gtest.h>
 #include <unsupported/Eigen/MatrixFunctions>
 
+#include "sextant/plant/induction_machine.hpp"
+
 namespace sextant {
 namespace {
 
