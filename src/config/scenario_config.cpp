@@ -91,6 +91,7 @@ void describe(Section s, WindowExpectation& w) {
 /// The trip that is expected, if any.
 void describe_fault(Section s, ScenarioConfig& c) {
   std::vector<Choice<Fault>> faults;
+  faults.reserve(fault_count);
   for (int k = 0; k < fault_count; ++k) faults.push_back({to_string(Fault(k)), Fault(k)});
   s.choice("fault", c.expected_fault, faults,
            "the fault that has to trip the drive first; none: a trip is no success", "none");

@@ -351,7 +351,7 @@ class Section final : public Description {
 
  private:
   /// One of several names, each for a number.
-  void choose(const char* key, std::vector<Choice<std::int64_t>> known, const std::string& meaning,
+  void choose(const char* key, const std::vector<Choice<std::int64_t>>& known, const std::string& meaning,
               std::function<std::optional<std::int64_t>()> get, std::function<void(std::int64_t)> set) {
     Names names;
     for (const Choice<std::int64_t>& c : known) names.emplace_back(c.name);

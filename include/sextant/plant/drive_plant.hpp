@@ -462,7 +462,7 @@ class DrivePlant : public DrivePlantState<T, Appended> {
   [[nodiscard]] PlantQuantities<T> quantities_of(const MachineEvaluation<T>& e, const Vector& x,
                                                  const PlantInputs<T>& acting) const noexcept
       SEXTANT_NONBLOCKING {
-    PlantQuantities<T> q{e};
+    PlantQuantities<T> q{static_cast<const MachineQuantities<T>&>(e)};
     const FluxPair<T> psi = Layout::fluxes(x);
     q.psi_s = psi.s;
     q.psi_r = psi.r;
