@@ -232,7 +232,7 @@ class Section final : public Description {
     }
     if (unset != nullptr && !none) known.insert(known.begin(), {unset, *(none = -1)});
     choose(
-        key, std::move(known), meaning, [&x, none] { return x ? std::optional{std::int64_t(*x)} : none; },
+        key, known, meaning, [&x, none] { return x ? std::optional{std::int64_t(*x)} : none; },
         [&x](std::int64_t value) {
           if (value < 0)
             x.reset();
