@@ -91,9 +91,9 @@ int drive_id_of(const Layer& file, const std::vector<DriveOverride>& overrides) 
   return int(id);
 }
 
-/// A drive of a process.
-EcuConfig load_drive(Layer layer, const std::vector<DriveOverride>& overrides, const EcuExtensions& own) {
-  const int id = drive_id_of(layer, overrides);
+/// A drive of a process. id: by which overrides name it.
+EcuConfig load_drive(Layer layer, int id, const std::vector<DriveOverride>& overrides,
+                     const EcuExtensions& own) {
   std::vector<std::string> texts;
   for (const DriveOverride& given : overrides) {
     if (given.counts_for(id)) texts.push_back(given.text);
@@ -156,8 +156,9 @@ DrivesConfig load_drives_config(const std::string& file, const std::vector<std::
   for (const std::string& text : overrides) given.push_back(drive_override(text));
   const toml::node* const found = layer.table.get(drive_tables);
   if (found == nullptr || !found->is_array()) {
-    require_drives(given, {drive_id_of(layer, given)});
-    return {.drives = {load_drive(std::move(layer), given, own)}};
+    const int id = drive_id_of(layer, given);
+    require_drives(given, {id});
+    return {.drives = {load_drive(std::move(layer), id, given, own)}};
   }
   if (!found->is_array_of_tables())
     throw ConfigError{{layer.problem(found, drive_tables, "expected [[drive]] tables, one to eight")}};
@@ -170,7 +171,7 @@ DrivesConfig load_drives_config(const std::string& file, const std::vector<std::
     const auto line = static_cast<int>(table.source().begin.line);
     Layer drive{file, "", false, std::move(*table.as_table())};
     ids.push_back(drive_id_of(drive, given));
-    config.drives.push_back(load_drive(std::move(drive), given, own));
+    config.drives.push_back(load_drive(std::move(drive), ids.back(), given, own));
     if (std::string problem = check_last_drive(config); !problem.empty())
       throw ConfigError{{{file, line, drive_tables, std::move(problem)}}};
   }
